@@ -132,7 +132,11 @@ tl::expected<TomlTable, FileError> TomlTable::parse(std::string_view text, const
   }
   // The parser and the destructors of what it makes call themselves once per part of a key, and a text may have half as
   // many as bytes: some 500 bytes of stack for each, which are reserved, and used by such a text only.
+#ifdef __SANITIZE_ADDRESS__
+  constexpr std::size_t kUsual_bytes = 8 << 20, kPerByte = 4096;
+#else
   constexpr std::size_t kUsual_bytes = 1 << 20, kPerByte = 512;
+#endif
   std::optional<FileError> fault;
   const bool parsed = onStackOf(kUsual_bytes + kPerByte * text.size(), [&] {
     try {

@@ -90,6 +90,8 @@ class Server {
   }
 
   ~Server() {
+    setter_.stop();
+    if (setup_) setup_->cancel();  // its thread is waited for
     for (const auto& show : shows_) {
       if (show->playing) show->playing->stop();  // all before the first is waited for
     }
@@ -391,6 +393,10 @@ class Server {
   void askSetup(Session& from, const std::string& id, const std::string& request) {
     if (!setup_) refuse("this viewer offers no setup (--setup FOLDER)");
     if (request.empty()) return from.answer(makeFrame("done/" + id, setup_->state()));
+    if (Setup::isCancel(request)) {
+      setup_->cancel();
+      return from.answer(makeFrame("done/" + id, "{}"));
+    }
     if (std::exchange(isSettingUp_, true)) refuse("another step is being carried out; wait for its end");
     answerLater(
         setter_, from, id, [this, id, request] { return makeFrame("done/" + id, setup_->carryOut(request)); },

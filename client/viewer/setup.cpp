@@ -1,5 +1,6 @@
 #include "client/viewer/setup.h"
 
+#include "base/background_thread.h"
 #include "base/child.h"
 #include "base/whole_file.h"
 #include "client/files/failure.h"
@@ -12,7 +13,10 @@
 #include "client/viewer/look.h"
 #include "sensor/gel_file.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sysexits.h>
+#include <xxhash.h>
 
 #include <algorithm>
 #include <array>
@@ -21,6 +25,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <future>
 #include <map>
 #include <regex>
 #include <sstream>
@@ -43,6 +48,41 @@ constexpr const char* kRest = "rest.png";
 constexpr const char* kMarked = "marked.png";
 constexpr std::array kFiles = {kPlan,   kLens,        kPosed,       kCalibrated,  kRest,
                                kMarked, "layer1.svg", "layer2.svg", "layer3.svg", "layer4.svg"};
+constexpr const char* kBoards = "board-*.png";  // all pictures of the chessboard
+
+/// What a step is made from, and the file that it makes; the step that made the former must hold, too.
+struct Made {
+  std::string_view step;
+  const char* from;
+  const char* file;   ///< null: none
+  const char* again;  ///< what the operator is to do
+};
+constexpr std::array kMade = {Made{"lens", kBoards, kLens, "fit the lens again"},
+                              Made{"gel", kLens, kPlan, "keep the gel again"},
+                              Made{"pose", kPlan, kPosed, "find the pose again"},
+                              Made{"tried", kPosed, nullptr, "let the daemon measure with gel.toml"},
+                              Made{"zero", kPosed, nullptr, "take the zero again"},
+                              Made{"geometry", kPosed, nullptr, "measure again"},
+                              Made{"noise", kPosed, nullptr, "measure again"},
+                              Made{"creep", kPosed, nullptr, "measure again"},
+                              Made{"recovery", kPosed, nullptr, "measure again"},
+                              Made{"weights", kPosed, nullptr, "measure again"},
+                              Made{"stiffness", kPosed, nullptr, "measure again"},
+                              Made{"finish", kPosed, kCalibrated, "measure again, and write the gel file"},
+                              Made{"adopted", kCalibrated, nullptr, "put the calibrated gel in force again"}};
+
+const Made* madeBy(std::string_view step) {
+  const auto* const found = std::ranges::find(kMade, step, &Made::step);
+  return found == kMade.end() ? nullptr : found;
+}
+
+/// Returns what makes a file; null: no step, or several.
+const Made* makerOf(std::string_view file) {
+  const auto* const found =
+      std::ranges::find_if(kMade, [file](const Made& one) { return one.file != nullptr && one.file == file; });
+  return found == kMade.end() ? nullptr : found;
+}
+
 constexpr std::size_t kMostBoards = 60;
 constexpr std::size_t kMostBytes = 64 << 20;  // of a file for the page
 constexpr auto kLensPatience = 5min;
@@ -97,6 +137,21 @@ Json readReport(const std::string& output) {
   return {{"figures", figures}, {"notes", notes}};
 }
 
+/// Returns whether two gel files are of one gel: they differ in what a calibration measures at most.
+bool isSameGel(const std::string& one, const std::string& other) {
+  auto first = sensor::parseGel(one, "one"), second = sensor::parseGel(other, "other");
+  if (!first || !second) return false;
+  for (sensor::Sensor* each : {&*first, &*second}) {
+    const sensor::Sensor like = *each;
+    *each = sensor::Sensor();
+    each->gel = like.gel;
+    each->gel.youngsModulus = 1e5;
+    each->layers = like.layers;
+    each->nodes = like.nodes;
+  }
+  return sensor::gelText(*first) == sensor::gelText(*second);
+}
+
 Json numbersOf(const Look& look) {
   return {{"histogram", look.histogram}, {"clipped", look.clipped}, {"bright", look.bright},
           {"sharpness", look.sharpness}, {"markers", look.markers}, {"diameter_px", look.diameter_px},
@@ -112,6 +167,10 @@ Setup::Setup(fs::path folder, const ControlOptions& control, fs::path lens)
   std::error_code error;
   fs::create_directories(folder_, error);
   if (error) throw client::Failure(EX_CANTCREAT, folder_.string() + " cannot be made: " + error.message());
+  lock_.emplace(open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (flock(lock_->get(), LOCK_EX | LOCK_NB) != 0)
+    throw client::Failure(EX_TEMPFAIL,
+                          folder_.string() + " is in use by another setup: end that, or name another folder");
   if (!has(kState)) {
     for (const char* name : kFiles) {
       if (has(name))
@@ -122,7 +181,8 @@ Setup::Setup(fs::path folder, const ControlOptions& control, fs::path lens)
   }
   const auto bytes = tractiond::readWholeFile(folder_ / kState, kMostBytes);
   if (bytes) steps_ = Json::parse(bytes->begin(), bytes->end(), nullptr, false);
-  if (!bytes || !steps_.is_object()) {
+  if (!bytes || !steps_.is_object() ||
+      !std::ranges::all_of(steps_, [](const Json& each) { return each.is_object(); })) {
     throw client::Failure(
         EX_DATAERR, path(kState) + " is damaged: begin anew in another folder, into which board-*.png may be copied");
   }
@@ -155,8 +215,71 @@ void Setup::write(const std::string& name, const std::string& content) const {
   }
 }
 
+/// Returns the hash of what a name stands for; empty if there is none.
+std::string Setup::hashOf(const std::string& name) const {
+  std::string hashes;
+  for (const std::string& each : name == kBoards ? boards() : std::vector{name}) {
+    if (const auto bytes = tractiond::readWholeFile(folder_ / each, kMostBytes))
+      hashes += (name == kBoards ? each : "") +
+                client::format("%016llx", static_cast<unsigned long long>(XXH3_64bits(bytes->data(), bytes->size())));
+  }
+  if (name != kBoards || hashes.empty()) return hashes;
+  return client::format("%016llx", static_cast<unsigned long long>(XXH3_64bits(hashes.data(), hashes.size())));
+}
+
+/// Returns why what was kept of a step does not hold any more, and what is to be done; empty: it holds, or none was
+/// kept.
+std::string Setup::whyStale(std::string_view step) const {
+  const Made* const made = madeBy(step);
+  const Json was = kept(std::string(step).c_str(), Json());
+  if (made == nullptr || was.is_null()) return {};
+  if (const Made* const before = makerOf(made->from); before != nullptr && has(made->from)) {
+    if (kept(std::string(before->step).c_str(), Json()).is_null())
+      return std::string(made->from) + " is not of this setup: " + before->again;
+    if (std::string why = whyStale(before->step); !why.empty()) return why;
+  }
+  if (was.value("from", Json()) != hashOf(made->from))
+    return std::string(made->from) + " has changed since " +
+           (made->file != nullptr ? made->file : "this was measured") + (made->file != nullptr ? " was made: " : ": ") +
+           made->again;
+  if (made->file != nullptr && was.value("made", Json()) != hashOf(made->file))
+    return std::string(made->file) + " is not the one that was made here: " + made->again;
+  return {};
+}
+
+/// Refuses if a step was not carried out, or does not hold.
+void Setup::expect(const char* step, const std::string& otherwise) const {
+  if (kept(step, Json()).is_null()) refuse(otherwise);
+  if (const std::string why = whyStale(step); !why.empty()) refuse(why);
+}
+
+bool Setup::isCancel(std::string_view request) {
+  const Json asked = Json::parse(request, nullptr, false);
+  return asked.is_object() && asked.value("do", Json()) == "cancel";
+}
+
+void Setup::cancel() {
+  const std::lock_guard lock(mutex_);
+  stop_.request_stop();
+}
+
+template <typename Question>
+auto Setup::ask(Question question) const {
+  tractiond::BackgroundThread asker("tr-setup");
+  auto answer = asker.start([control = control_, question] { return question(control); });
+  const auto stop = stop_.get_token();
+  while (answer.wait_for(50ms) != std::future_status::ready) {
+    if (stop.stop_requested()) refuse("cancelled; the daemon may go on with it until its end, or until the next step");
+  }
+  return answer.get();
+}
+
 void Setup::keep(const std::string& step, Json result) {
   result["date"] = client::utc(std::time(nullptr), "%Y-%m-%dT%H:%M:%SZ");
+  if (const Made* const made = madeBy(step)) {
+    result["from"] = hashOf(made->from);
+    if (made->file != nullptr) result["made"] = hashOf(made->file);
+  }
   const std::lock_guard lock(mutex_);
   steps_[step] = std::move(result);
   write(kState, steps_.dump(1) + "\n");
@@ -169,14 +292,27 @@ Json Setup::kept(const char* step, const Json& otherwise) const {
 }
 
 std::string Setup::state() const {
-  Json files = Json::array();
+  Json files = Json::array(), steps, stale = Json::object();
+  {
+    const std::lock_guard lock(mutex_);
+    steps = steps_;
+  }
   for (const char* name : kFiles) {
-    if (has(name)) files.push_back(name);
+    if (!file(name).content.empty()) files.push_back(name);
+  }
+  for (const Made& made : kMade) {
+    const std::string step(made.step), why = whyStale(made.step);
+    if (why.empty()) continue;
+    stale[step] = std::move(steps[step]);
+    stale[step]["why"] = why;
+    steps.erase(step);
   }
   std::error_code ignored;
-  const std::lock_guard lock(mutex_);
-  return Json{
-      {"folder", fs::absolute(folder_, ignored).string()}, {"steps", steps_}, {"boards", boards()}, {"files", files}}
+  return Json{{"folder", fs::absolute(folder_, ignored).string()},
+              {"steps", steps},
+              {"stale", stale},
+              {"boards", boards()},
+              {"files", files}}
       .dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -187,6 +323,10 @@ SetupFile Setup::file(std::string_view name) const {
   }
   const std::string type = typeOf(name);
   if (type.empty()) return {};
+  if (const Made* const made = makerOf(name); made != nullptr) {
+    const std::string step(made->step);
+    if (kept(step.c_str(), Json()).is_null() || !whyStale(step).empty()) return {};
+  }
   const auto bytes = tractiond::readWholeFile(folder_ / name, kMostBytes);
   return bytes ? SetupFile{type, std::string(bytes->begin(), bytes->end())} : SetupFile{};
 }
@@ -202,6 +342,10 @@ std::string Setup::carryOut(std::string_view request) {
   if (!asked.is_object()) refuse("this is no request of a setup");
   const auto step = kSteps.find(textIn(asked, "do"));
   if (step == kSteps.end()) refuse("there is no such step of a setup");
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = std::stop_source();
+  }
   try {
     return (this->*step->second)(asked).dump(-1, ' ', false, Json::error_handler_t::replace);
   } catch (const client::OutputError& error) {
@@ -217,7 +361,7 @@ Json Setup::camera(const Json& request) {
   step.value = textIn(request, "value");
   step.matching = textIn(request, "matching");
   step.kind = step.name.empty() ? CameraStep::Kind::kList : CameraStep::Kind::kWrite;
-  Json report = Json::parse(client::toJson(control_.camera(step)));
+  Json report = Json::parse(client::toJson(ask([step](const Control& control) { return control.camera(step); })));
   if (step.kind == CameraStep::Kind::kList) return report;
   Json settings = kept("settings", Json::object());
   settings[step.name] = step.value;
@@ -226,14 +370,14 @@ Json Setup::camera(const Json& request) {
 }
 
 Json Setup::look(const Json&) {
-  const Snapshot snapshot = control_.snapshot();
+  const Snapshot snapshot = ask([](const Control& control) { return control.snapshot(); });
   Json result = numbersOf(lookAt(snapshot));
   result["width_px"] = snapshot.width * snapshot.reduced;
   result["height_px"] = snapshot.height * snapshot.reduced;
   result["reduced"] = snapshot.reduced;
   result["pixel_format"] = snapshot.pixelFormat;
   result["grey"] = snapshot.channels == 1;
-  const Description description = control_.description();
+  const Description description = ask([](const Control& control) { return control.description(); });
   result["vendor"] = description.camera.vendor;
   result["model"] = description.camera.model;
   result["serial"] = description.camera.serial;
@@ -247,7 +391,7 @@ Json Setup::look(const Json&) {
 
 /// Returns a picture with all of the camera's pixels.
 Snapshot Setup::fullPicture() const {
-  Snapshot snapshot = control_.snapshot();
+  Snapshot snapshot = ask([](const Control& control) { return control.snapshot(); });
   if (snapshot.reduced > 1) {
     refuse(
         "the picture has more than 16 MB, and would be reduced: set camera.width_px and height_px to a region of the "
@@ -313,8 +457,9 @@ std::string Setup::plain(std::string text) const {
 
 Json Setup::runLens(const std::vector<std::string>& arguments) const {
   using How = tractiond::ChildEnd::How;
-  const auto end = tractiond::runChild(arguments, {.program = lens_, .patience = kLensPatience});
+  const auto end = tractiond::runChild(arguments, {.program = lens_, .patience = kLensPatience}, stop_.get_token());
   if (end.how == How::kNotStarted) refuse(lens_.string() + " cannot be started; is traction-lens installed?");
+  if (end.how == How::kStopped) refuse("cancelled");
   if (end.how != How::kExit) refuse("traction-lens did not come to an end");
   if (end.code == 0) return readReport(plain(end.output));
   std::string complaints;
@@ -350,6 +495,7 @@ Json Setup::describeGel(const Json& request) {
   sensor::Sensor from;
   const bool isMeasured = has(kLens);
   if (isMeasured) {
+    expect("lens", std::string(kLens) + " is not of this setup: remove it, or fit the lens");
     auto lens = sensor::loadGel(path(kLens));
     if (!lens) refuse(lens.error().what);
     from = *std::move(lens);
@@ -362,13 +508,13 @@ Json Setup::describeGel(const Json& request) {
 }
 
 Json Setup::printSheets(const Json&) {
-  if (!has(kPlan)) refuse("describe the gel first");
+  expect("gel", "describe the gel first");
   runLens({"sheet", "--gel", path(kPlan), "--output-dir", folder_.string()});
   return Json::parse(state())["files"];
 }
 
 Json Setup::findPose(const Json& request) {
-  if (!has(kPlan)) refuse("describe the gel first");
+  expect("gel", "describe the gel first");
   const double accepted_px = numberIn(request, "accept_residual_px", 0.5, 100, 0.5);
   const Snapshot snapshot = fullPicture();
   client::writePng(path(kRest), snapshot.width, snapshot.height, snapshot.channels, snapshot.levels.data(),
@@ -401,18 +547,19 @@ Json Setup::findPose(const Json& request) {
   return result;
 }
 
-/// Puts the gel file in force: the calibrated one if it was made from the pose that is kept.
+/// Puts a gel file in force.
 Json Setup::adopt(const Json& request) {
   const char* const name = flag(request, "calibrated") ? kCalibrated : kPosed;
-  const auto bytes = tractiond::readWholeFile(folder_ / name, kMostBytes);
-  if (!bytes) refuse(std::string("there is no ") + name + " yet");
-  control_.adopt(std::string(bytes->begin(), bytes->end()));
+  expect(flag(request, "calibrated") ? "finish" : "pose", std::string("there is no ") + name + " yet");
+  ask([text = file(name).content](const Control& control) { return control.adopt(text), 0; });
   keep(flag(request, "calibrated") ? "adopted" : "tried", {{"file", name}});
   return Json::object();
 }
 
 Json Setup::zero(const Json& request) {
-  const ZeroResult zero = control_.zero({.anyway = flag(request, "anyway")});
+  expect("tried", "let the daemon measure with gel.toml first");
+  const ZeroResult zero =
+      ask([anyway = flag(request, "anyway")](const Control& control) { return control.zero({.anyway = anyway}); });
   Json result = {{"present", zero.markersPresent},
                  {"expected", zero.markersExpected},
                  {"noise_levels", zero.noise_levels},
@@ -437,9 +584,14 @@ Json Setup::measure(const Json& request) {
   step.first = flag(request, "first");
   step.name = textIn(request, "name");
   if (step.kind == Kind::kWeight) step.weight_N = client::kGramForce_N * numberIn(request, "gf", 0.1, 1e6);
-  const CalibrationReport report = control_.calibrate(step);
+  expect("tried", "let the daemon measure with gel.toml first");
+  const CalibrationReport report = ask([step](const Control& control) { return control.calibrate(step); });
   Json result = Json::parse(client::toJson(name, report));
-  if (step.kind == Kind::kFinish) write(kCalibrated, report.gelFile);
+  if (step.kind == Kind::kFinish) {
+    if (!isSameGel(report.gelFile, file(kPosed).content))
+      refuse("the daemon has measured another gel than gel.toml: let it measure with that, and measure again");
+    write(kCalibrated, report.gelFile);
+  }
   if (step.kind == Kind::kWeight) {
     Json weights = step.first ? Json::array() : kept("weights", {{"read", Json::array()}})["read"];
     result["gf"] = step.weight_N / client::kGramForce_N;

@@ -5,6 +5,7 @@ import re
 import socket
 import time
 import unittest
+import urllib.error
 import urllib.request
 
 import numpy as np
@@ -199,6 +200,50 @@ class Setup(TestCase):
         self.assertAlmostEqual(field.resultant_N.z, 500 * rig.GRAM_FORCE, delta=0.03 * 500 * rig.GRAM_FORCE)
         self.assertAlmostEqual(json.loads(self.rig.ctl("--control", daemon.endpoint["control"], "describe")[1])["gel"]["youngs_modulus_Pa"],
                                stiffness["value"], delta=1e-3)
+        self.expect_bound(view, daemon, folder)
+
+    def expect_bound(self, view, daemon, folder):
+        """What was made from one gel is not given for another."""
+        calibrated = self.get(view, "calibrated.toml").decode()
+        self.assertEqual(self.ask()["stale"], {})
+        other = FORM | {"thickness_mm": 30, "youngs_modulus_kpa": 50}
+        self.step(do="gel", form=other)
+        state = self.ask()
+        why = "plan.toml has changed since gel.toml was made: find the pose again"
+        for step in ("pose", "tried", "zero", "geometry", "noise", "weights", "stiffness", "finish", "adopted"):
+            self.assertEqual(state["stale"][step]["why"], why)
+            self.assertNotIn(step, state["steps"])
+        self.assertNotIn("calibrated.toml", state["files"])
+        for name in ("calibrated.toml", "gel.toml"):
+            self.assertTrue((folder / name).exists())
+            with self.assertRaises(urllib.error.HTTPError):
+                self.get(view, name)
+        for request in ({"do": "adopt"}, {"do": "adopt", "calibrated": True}, {"do": "zero"}, {"do": "measure", "step": "geometry"}):
+            self.assertIn(why, self.ask(request))
+        print(f"\n  another gel is described: save and adopt say {why!r}; right: nothing of the gel before", end=" ")
+        self.step(do="gel", form=FORM)  # the same again holds again
+        self.assertEqual(self.get(view, "calibrated.toml").decode(), calibrated)
+        (folder / "calibrated.toml").write_text(calibrated.replace("thickness_mm", "# thickness_mm"))
+        self.assertIn("calibrated.toml is not the one that was made here", self.ask({"do": "adopt", "calibrated": True}))
+
+        second = self.rig.start(rig.BIN / "traction-view", "--connect", daemon.endpoint["stream"], "--control", daemon.endpoint["control"],
+                                "--listen", "0", "--setup", folder)
+        self.assertEqual(second.join(), 75, second.output())
+        self.assertIn("is in use by another setup", second.output())
+        for how in ("cancel", "SIGTERM"):
+            self.number += 1
+            self.socket.send(f"ask {self.number} setup " + json.dumps({"do": "measure", "step": "creep", "seconds": 3600}))
+            creep = self.number
+            self.assertIn("wait for its end", self.ask({"do": "look"}))
+            begin = time.monotonic()
+            if how == "SIGTERM":
+                self.assertEqual(view.stop(), 0)
+            else:
+                self.assertEqual(self.ask({"do": "cancel"}), {})
+                while (answer := self.socket.receive()[1].split(b"\0", 1))[0] != b"error/%d" % creep:
+                    pass
+                self.assertIn("cancelled", answer[1].decode())
+            print(f"\n  {how} of an hour of creep: ends after {time.monotonic() - begin:.2f} s; right: at once", end=" ")
 
     def test_the_page_leads_from_step_to_step(self):
         self.twin = None

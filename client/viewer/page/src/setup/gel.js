@@ -22,8 +22,8 @@ export const gel = {
   isDone: ({steps}) => Boolean(steps.gel),
 
   show(box, setup) {
-    const {steps, files} = setup.state, isLensKnown = files.includes("lens.toml");
-    const form = structuredClone(steps.gel?.form ?? firstForm(steps.camera));
+    const {steps, stale, files} = setup.state, isLensKnown = files.includes("lens.toml");
+    const form = structuredClone((steps.gel ?? stale.gel)?.form ?? firstForm(steps.camera));
     if (steps.camera) Object.assign(form, {width_px: steps.camera.width_px, height_px: steps.camera.height_px});
     const picture = make("div", {class: "drawing"}), warnings = make("div"), layers = make("div"), trouble = make("p", {class: "fault", role: "alert"}), sheets = make("p");
     const changed = () => {

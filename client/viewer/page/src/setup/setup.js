@@ -11,6 +11,8 @@ import {report} from "./report.js";
 import {weights, zero} from "./weights.js";
 
 const steps = [camera, lens, gel, pose, zero, weights, report];
+/** What is kept of each step. */
+const kept = {lens: ["lens"], gel: ["gel"], pose: ["pose", "tried"], zero: ["zero"], weights: ["geometry", "noise", "weights", "stiffness", "finish"], report: ["adopted"]};
 const longest_ms = 300_000;  // for the factors of a gel
 
 export class Setup {
@@ -20,7 +22,7 @@ export class Setup {
   /** @param sensor of the page */
   constructor(sensor) {
     this.sensor = sensor;
-    this.state = {steps: {}, boards: [], files: [], folder: ""};
+    this.state = {steps: {}, stale: {}, boards: [], files: [], folder: ""};
     this.when = when;
     this.tabs = steps.map((step, i) => make("button", {role: "tab", id: `step-${step.name}`, "aria-controls": "step", onclick: () => this.show(i)}, make("span", {class: "number"}, String(i + 1)), make("span", {class: "title"}, step.title)));
     this.box = make("div", {id: "step", role: "tabpanel", tabindex: "-1"});
@@ -53,6 +55,8 @@ export class Setup {
     this.box.replaceChildren(make("h2", {}, steps[i].title));
     this.at = i;
     this.#mark();
+    const why = kept[steps[i].name]?.map((name) => this.state.stale[name]?.why).find(Boolean);
+    if (why) this.box.append(make("p", {class: "fault", role: "status"}, `To be repeated: ${why}.`));
     this.box.setAttribute("aria-labelledby", `step-${steps[i].name}`);
     const leave = steps[i].show(this.box, this);
     if (typeof leave === "function") this.#leave = leave;
@@ -105,11 +109,16 @@ export class Setup {
     return error.message;
   }
 
-  /** What a step has found, as traction-view has kept it. */
-  /** @returns the result with its date */
+  /** What a step has found, as traction-view has kept it; steps that were made from what was there before hold no more.
+   * @returns the result with its date */
   took(step, result) {
     this.state.steps[step] = {...result, date: new Date().toISOString()};
+    delete this.state.stale[step];
     this.#mark();
+    this.ask(null).then((state) => {
+      this.state = state;
+      this.#mark();
+    }, () => {});
     return this.state.steps[step];
   }
 

@@ -115,15 +115,18 @@ export const weights = {
       const buttons = box.querySelectorAll("button.start");
       trouble.textContent = "";
       for (const button of buttons) button.disabled = true;
+      cancel.hidden = false;
       try {
         for (const each of names()) if (isOpen) await steps_[each]();
       } catch (error) {
         say("");
         trouble.textContent = setup.words(error);
       } finally {
+        cancel.hidden = true;
         for (const button of buttons) button.disabled = false;
       }
     }}, words);
+    const cancel = make("button", {hidden: true, onclick: () => setup.ask({do: "cancel"})}, "Cancel");
     const creeps = make("input", {type: "checkbox"});
     const buttons = [start("Measure all", () => ["rest", ...(creeps.checked ? ["creep"] : []), "weights", "finish"], true), start("Pose and noise again", () => ["rest"]),
       start("Weights again", () => ["weights"]), start("Write the gel file", () => ["finish"])];
@@ -134,7 +137,7 @@ export const weights = {
     box.append(
       make("p", {}, "Two known weights at least, better three, each on one round contact of 1 to 20 mm, spanning the forces that you want to measure."),
       make("div", {class: "fields"}, listField, nameField), make("p", {}, make("label", {}, creeps, " measure the gel's creep before, which takes two minutes")),
-      make("p", {class: "row"}, buttons), instruction, trouble,
+      make("p", {class: "row"}, buttons, cancel), instruction, trouble,
       make("div", {class: "pair"}, make("div", {}, reading, live.element), make("div", {}, table, result)));
     showTable(steps.weights?.read);
     showResult();
