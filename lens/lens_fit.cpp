@@ -133,7 +133,7 @@ class Information {
   }
 
   /// Returns which views to flip in the picture so that one lens explains all best, to second order in the lens: each
-  /// time the one that takes most squares. Empty: they take no more of each than noise may.
+  /// time the one that takes most squares.
   /// \param sign -1 along the coordinates that are flipped, else 1
   std::vector<bool> flipped(const Eigen::Vector2d& sign, const Eigen::Vector2d& last_px) const {
     // To flip a picture is to flip the principal point of its lens.
@@ -169,25 +169,9 @@ class Information {
       }
       if (best) flipped[*best] = !flipped[*best];
     }
-    const auto count = std::ranges::count(flipped, true), fewer = std::min(count, std::ssize(flipped) - count);
-    if (squares_ - least <= kFlipped * kFlipped * least / static_cast<double>(freedom()) * static_cast<double>(fewer)) {
-      return {};
-    }
-    if (fewer < count) flipped.flip();
+    const auto count = std::ranges::count(flipped, true);
+    if (2 * count > std::ssize(flipped)) flipped.flip();
     return flipped;
-  }
-
-  /// Returns the variance of what a view says of each figure of the lens, relative to its information [px^2]: that of
-  /// the corners if their errors are independent, and more if they are correlated within views.
-  double varianceOfViews() const {
-    const Figures scale = information_.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::LDLT<Lens> factor = factorOf(information_, scale);
-    double squares = 0.0;
-    for (const View& view : views_) {
-      const Figures scaled = scale.asDiagonal() * view.pull;
-      squares += scaled.dot(factor.solve(scaled));
-    }
-    return squares / static_cast<double>(figures_);
   }
 
   double squares() const { return squares_; }
@@ -389,7 +373,8 @@ void seekFlipped(const std::vector<Corners>& views, const Board& board, cv::Size
   double least = all.squares();
   for (const Eigen::Vector2d& sign : {Eigen::Vector2d(-1, -1), Eigen::Vector2d(-1, 1), Eigen::Vector2d(1, -1)}) {
     const std::vector<bool> isFlipped = all.flipped(sign, last_px);
-    if (isFlipped.empty()) continue;
+    const auto count = static_cast<double>(std::ranges::count(isFlipped, true));
+    if (count == 0.0) continue;
     std::vector<Corners> straight = views;
     const Eigen::Vector2d middle_px = 0.5 * last_px;
     for (std::size_t i = 0; i < views.size(); ++i) {
@@ -408,8 +393,7 @@ void seekFlipped(const std::vector<Corners>& views, const Board& board, cv::Size
     const Eigen::Vector2d principal_px(model.matrix.at<double>(0, 2), model.matrix.at<double>(1, 2)),
         deviations = (principal_px - middle_px).cwiseQuotient(information.deviations().segment<2>(1));
     const double far = kFarFlipped * std::sqrt(static_cast<double>(views.size())),
-                 byNoise = kFlipped * kFlipped * information.varianceOfViews() *
-                           static_cast<double>(std::ranges::count(isFlipped, true));
+                 byNoise = kFlipped * kFlipped * std::pow(information.scatter_px(), 2) * count;
     if (information.squares() >= std::min(least, all.squares() - byNoise)) continue;
     if (!(((1.0 - sign.array()) * deviations.array().abs()).maxCoeff() > 2.0 * far)) continue;
     least = information.squares();
