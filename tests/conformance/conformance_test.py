@@ -171,7 +171,3 @@ def add(case, client, part):
 for _client in READERS:
     for _part in ("stream", "silence", "latest", "control"):
         add(JavaScript if _client == "javascript" else Conformance, _client, _part)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -7,8 +7,8 @@ import shutil
 import subprocess
 import tempfile
 import time
-import unittest
 
+import seed
 from rig import BIN, BUILD, PATIENCE, Rig
 
 DRIVER = pathlib.Path(__file__).resolve().parent / "browser.mjs"
@@ -61,7 +61,7 @@ def start_view(rig, daemon, *options, **process):
     return process
 
 
-class TestCase(unittest.TestCase):
+class TestCase(seed.TestCase):
     def setUp(self):
         if not (BIN / "traction-view").exists():
             self.skipTest("traction-view is not built: Node, npm or Boost's headers are missing")

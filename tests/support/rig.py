@@ -20,9 +20,9 @@ import sys
 import tempfile
 import threading
 import time
-import unittest
 
 import numpy as np
+import seed
 import zmq
 from deadline import HUNG_S
 
@@ -320,7 +320,7 @@ class Rig(contextlib.ExitStack):
         return process.join(seconds), process.output()
 
 
-class TestCase(unittest.TestCase):
+class TestCase(seed.TestCase):
     """One with a rig of its own."""
 
     def setUp(self):

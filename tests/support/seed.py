@@ -1,9 +1,11 @@
 """The one source of chance in the tests. Twin: seed.h."""
 
+import functools
 import os
 import random
 import secrets
 import sys
+import unittest
 
 FIXED = 20050125  # seed of every run in which TRACTION_SEED is not set, the gate's among them
 
@@ -32,3 +34,11 @@ def chance(*names):
 def fresh():
     """Returns a new seed below 2^32 for a program that is to see other inputs each time, or TRACTION_SEED."""
     return secrets.randbelow(2**32) if _given() is None else _given()
+
+
+class TestCase(unittest.TestCase):
+    """One whose draws are its own."""
+
+    @functools.cached_property
+    def draw(self):
+        return chance(self.id())

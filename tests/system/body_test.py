@@ -188,7 +188,3 @@ class Body(rig.TestCase):
             self.assertLess(abs(found["value"] - value), 4 * found["deviation"] + 1e-3 * abs(value), name)
         # Between the nodes the twin moves the markers to 1 % (decision 62).
         self.assertLess(abs(figures["youngs_modulus_pa"]["value"] / 200e3 - 1), 0.02)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,7 +1,6 @@
 """Calibration of a sensor whose stiffness, pose and lens are not what its gel file says."""
 
 import json
-import unittest
 
 import numpy as np
 
@@ -145,7 +144,3 @@ class RealTime(TestCase):
         for axis in "xyz":
             self.assertLess(abs(value[f"position_{axis}_mm"] - camera.position_mm["xyz".index(axis)]),
                             4 * found[f"position_{axis}_mm"]["deviation"])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -2,7 +2,6 @@
 
 import json
 import signal
-import unittest
 
 import rig
 import steady
@@ -52,7 +51,3 @@ class Clients(steady.TestCase):
         first, restarted = (watch.lines.index(watch.wait_for(text)) for text in ("no force: no field", "was restarted"))
         for line in watch.lines[first:restarted]:
             self.assertIn("no force", line)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,7 +1,6 @@
 """A slow disk stops neither fields nor the watchdog's feed, and a zero comes into force when it has been written."""
 
 import signal
-import unittest
 
 import rig
 import steady
@@ -73,7 +72,3 @@ class Disk(steady.TestCase):
         self.takes("0")
         kept = self.bench.subscribe(self.daemon(state=daemon.state)).collect(1)[0]
         self.assertEqual(kept.header.zero, first)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -24,7 +24,3 @@ class Doctor(unittest.TestCase):
             (bench.folder / "tractiond").mkdir()
             (bench.folder / "tractiond" / name).symlink_to(bench.folder / name / "run")  # where a user's instances are
             self.assertNotEqual(self.measurement(bench, name)["verdict"], "unknown")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -3,7 +3,6 @@
 import pathlib
 import re
 import time
-import unittest
 
 import rig
 from input_device_test import Gel
@@ -113,7 +112,3 @@ class Events(rig.TestCase):
         libinput.wait_for(r"POINTER_SCROLL_WHEEL .*vert -\d+")  # away from the user: nearer
         libinput.wait_for("KEYBOARD_KEY .* released")
         self.stop(device, evtest, libinput)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -3,12 +3,10 @@
 import os
 import sys
 import time
-import unittest
 
 import numpy as np
 
 import rig
-import seed
 import steady
 
 SUPPORT = rig.SOURCE / "tests/support"
@@ -17,7 +15,6 @@ SUPPORT = rig.SOURCE / "tests/support"
 class Faults(steady.TestCase):
     def setUp(self):
         super().setUp()
-        self.draw = seed.chance(self.id())
         self.published = []
 
     def begin(self, *options):
@@ -117,7 +114,3 @@ class Faults(steady.TestCase):
         self.assertGreater(self.published[0].header.frame_number, old[-1].header.frame_number)
         self.assertGreaterEqual(self.ledger().reconnects, 1)
         self.end()
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,7 +1,5 @@
 """Forces of the whole chain against the twin's truth, through pictures in a pipe, of which none can be lost."""
 
-import unittest
-
 import numpy as np
 
 import rig
@@ -88,7 +86,3 @@ class Forces(rig.TestCase):
         self.assertEqual(daemon.join(), 0, daemon.output())
         self.assertIn("the model takes the places of 1152 markers from the zero", daemon.output())
         self.assertIn("stopped: 36 frames received, 6 published, 30 for the zero, 0 lost", daemon.output())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -6,13 +6,11 @@ import pathlib
 import re
 import subprocess
 import time
-import unittest
 
 import numpy as np
 
 import browser
 import rig
-import seed
 from deadline import HUNG_S
 from rig import PATIENCE
 from websocket import BINARY, PONG, TEXT, RawWebSocket
@@ -64,10 +62,6 @@ class Client:
 
 
 class Foxglove(browser.TestCase):
-    def setUp(self):
-        super().setUp()
-        self.draw = seed.chance(self.id())
-
     def serve(self, daemon, *options):
         view = self.view(daemon, "--foxglove", "0", *options)
         view.foxglove_port = int(re.search(r"ws://127\.0\.0\.1:(\d+)$", view.wait_for("ws://"))[1])
@@ -206,6 +200,3 @@ class Foxglove(browser.TestCase):
         slow.send(slow.ping, PONG)
         while newest is None or newest < last:
             newest = self.sequence_of(slow.receive()[1]) or newest
-
-if __name__ == "__main__":
-    unittest.main()

@@ -7,7 +7,6 @@ import signal
 import socket
 import sys
 import time
-import unittest
 
 import zmq
 
@@ -261,7 +260,3 @@ class Commands(steady.TestCase):
         status = on_laptop(line.replace("watch", "status"))
         self.assertEqual(status.join(), 0, status.output())
         self.assertEqual(gateway.stop(), 0, gateway.output())
-
-
-if __name__ == "__main__":
-    unittest.main()

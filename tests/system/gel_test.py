@@ -4,7 +4,6 @@ and the daemon says what it sees instead."""
 import json
 import os
 import pathlib
-import unittest
 
 import projector
 import rig
@@ -149,7 +148,3 @@ class Gel(rig.TestCase):
         code, output = self.ctl(daemon, "snapshot", "/nowhere/picture.png")
         self.assertNotEqual(code, 0)
         self.assertIn("/nowhere/picture.png", output)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,7 +1,5 @@
 """The tree's recordings: whatever the machine and the build, their pictures give their fields again."""
 
-import unittest
-
 import numpy as np
 
 import replays
@@ -71,7 +69,3 @@ class Golden(replays.Replays, rig.TestCase):
         self.assertGreater(force.min(), 0.5)
         print(f"\n  {len(common)} fields, {force.mean():.2f} N: {100 * (off / force).max():.2f} % off", end=" ", flush=True)
         self.assertLess((off / force).max(), 0.02)
-
-
-if __name__ == "__main__":
-    unittest.main()

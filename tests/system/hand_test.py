@@ -1,7 +1,5 @@
 """A hand of two fingers, through pictures: the example's controller picks up an egg of which it knows nothing."""
 
-import unittest
-
 import numpy as np
 
 import hand
@@ -30,7 +28,3 @@ class Hand(rig.TestCase):
         print(f"{held.sum()} of {len(grasps)} grasps hold it: off {np.sqrt((off[held] ** 2).mean(axis=0))}, covered {covered}")
         self.assertGreater(covered.min(), 0.85)
         self.assertAlmostEqual(np.mean([grasp.force_N[2] for grasp, _ in np.array(grasps, object)[held]]), weights[held].mean(), delta=0.02)
-
-
-if __name__ == "__main__":
-    unittest.main()

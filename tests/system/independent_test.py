@@ -2,7 +2,6 @@
 
 import collections
 import functools
-import unittest
 
 import numpy as np
 
@@ -99,6 +98,3 @@ class Independent(rig.TestCase):
 
     def test_block_by_finite_elements(self):
         self.check(block, STRAIGHT, "RGB8", "block", 0.04, 0.08, 0.0015, 0.001)
-
-if __name__ == "__main__":
-    unittest.main()

@@ -267,7 +267,3 @@ class InputDevice(rig.TestCase):
         p50, p99 = np.percentile(1e3 * np.array(age[100:]), (50, 99))
         print(f"\n  field sent -> datagram received: p50 {p50:.2f} ms, p99 {p99:.2f} ms ", end="", flush=True)
         self.assertLess(p99, 2.0)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -3,7 +3,6 @@
 import os
 import re
 import socket
-import unittest
 
 import rig
 
@@ -109,8 +108,3 @@ class Input(rig.TestCase):
         with open(pipe, "rb", buffering=0) as source:
             source.read(1)
         self.refused(74, [str(pipe), "Broken pipe"], twin)
-
-
-if __name__ == "__main__":
-    os.umask(0o077)
-    unittest.main()

@@ -2,7 +2,6 @@
 
 import sys
 import time
-import unittest
 
 import rig
 import steady
@@ -32,7 +31,3 @@ class Memory(steady.TestCase):
             print(f"\n  {before_MiB:.0f} -> {service.peak_MiB:.0f} MiB by {hoarder.lines[-1]}, killed {service.died[0] - begin:.2f} s after "
                   f"that began; first field {first_s:.2f} s after the end, of which RestartSec= {service.pause_s} s ", end="", flush=True)
             self.assertLess(first_s, LOCK_S + 0.5 * rig.PATIENCE)
-
-
-if __name__ == "__main__":
-    unittest.main()

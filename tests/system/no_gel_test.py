@@ -3,7 +3,6 @@ is measured."""
 
 import json
 import re
-import unittest
 
 import projector
 import rig
@@ -112,6 +111,3 @@ class NoGel(rig.TestCase):
         self.assertEqual(recording.join(), USAGE, recording.output())
         self.assertRegex(recording.output(), "--record .* there is no gel; name a gel file in sensor.gel_file")
         self.assertFalse((self.bench.folder / "pictures.mcap").exists())
-
-if __name__ == "__main__":
-    unittest.main()

@@ -6,12 +6,10 @@ import signal
 import subprocess
 import sys
 import time
-import unittest
 import urllib.request
 
 import numpy as np
 
-import seed
 from browser import TestCase
 from rig import BIN, PATIENCE, SOURCE
 
@@ -19,10 +17,6 @@ PAGE_LIMIT = 400_000  # bytes, compressed
 
 
 class Page(TestCase):
-    def setUp(self):
-        super().setUp()
-        self.draw = seed.chance(self.id())
-
     def draw_loads(self):
         """A press, a twist, two contacts and an object bent along an arc, one after another, drawn at random: a scenario."""
         draw = self.draw
@@ -473,7 +467,3 @@ class Page(TestCase):
         browser.evaluate(f"{choice}.value = '', {choice}.dispatchEvent(new Event('change'))")
         browser.wait_for("traction.model.time === null && traction.model.fields > 0")
         self.assertEqual(browser.ask(requests=True)["faults"], [])
-
-
-if __name__ == "__main__":
-    unittest.main()

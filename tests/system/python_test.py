@@ -84,7 +84,3 @@ class Python(steady.TestCase):
         program = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
         child = python(self.bench, "-c", program, env=drawing(self.bench))
         self.assertEqual(child.join(60), 0, child.output())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -4,7 +4,6 @@ import os
 import pathlib
 import re
 import subprocess
-import unittest
 
 from prometheus_client import parser
 
@@ -118,7 +117,3 @@ class RealTime(steady.TestCase):
         code, text = self.ctl(daemon, "top", "--once")
         self.assertRegex(text, "! .*real time is not granted: priority 20, processors 1023, memory")
         self.assertEqual(daemon.stop(), 0, daemon.output())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -7,7 +7,6 @@ import pathlib
 import subprocess
 import sys
 import time
-import unittest
 
 import numpy as np
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
@@ -192,6 +191,3 @@ class Recording(steady.TestCase):
         self.assertEqual([one.SerializeToString(deterministic=True) for one in again],
                          [rig.messages.Field.FromString(one).SerializeToString(deterministic=True) for one in kept])
         self.assertEqual(replayer.join(), 0, replayer.output())
-
-if __name__ == "__main__":
-    unittest.main()

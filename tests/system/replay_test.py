@@ -5,7 +5,6 @@ import re
 import subprocess
 import sys
 import time
-import unittest
 
 import numpy as np
 
@@ -181,7 +180,3 @@ class Replay(replays.Replays, steady.TestCase):
         self.assertEqual(code, 0, out)
         self.assertEqual(daemon.stop(), 0, daemon.output())
         refused("plain", plain.read_bytes(), os.EX_DATAERR, "has no pictures.*--record")
-
-
-if __name__ == "__main__":
-    unittest.main()

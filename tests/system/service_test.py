@@ -6,19 +6,16 @@ import re
 import signal
 import subprocess
 import time
-import unittest
 
 from prometheus_client import parser
 
 import rig
-import seed
 import suite
 
 
 class Service(rig.TestCase):
     def setUp(self):
         super().setUp()
-        self.draw = seed.chance(self.id())
         self.systemd = rig.Systemd(self.bench)
 
     def check(self, daemon):
@@ -210,7 +207,3 @@ class Service(rig.TestCase):
         self.assertEqual(daemon.stop(), 0)
         self.systemd.wait_for("STOPPING=1")
         os.close(reader)
-
-
-if __name__ == "__main__":
-    unittest.main()

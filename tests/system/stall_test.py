@@ -1,11 +1,9 @@
 """A thread that hangs, whosever it is: systemd's watchdog fires within a second, or the daemon mends it by itself."""
 
 import time
-import unittest
 
 import freezer
 import rig
-import seed
 import steady
 
 WATCHDOG_S = 0.8  # WatchdogSec= of the unit
@@ -19,7 +17,6 @@ MENDED = {"tr-preview", "tr-disk", "tr-compute", "tr-model", "libusb_event", "ca
 class Stalls(steady.TestCase):
     def setUp(self):
         super().setUp()
-        self.draw = seed.chance(self.id())
         self.systemd = rig.Systemd(self.bench, WATCHDOG_S)
 
     def starved(self):
@@ -67,7 +64,3 @@ class Stalls(steady.TestCase):
                     self.assertTrue(noticed)
                     self.assertLess(noticed - begin, NOTICED_S)
             daemon.kill()
-
-
-if __name__ == "__main__":
-    unittest.main()

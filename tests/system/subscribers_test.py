@@ -2,7 +2,6 @@
 
 import os
 import time
-import unittest
 
 import numpy as np
 import zmq
@@ -66,6 +65,3 @@ class Subscribers(steady.TestCase):
     def test_frozen_one_by_one(self):
         draw = seed.chance(self.id())
         self.check(lambda: draw.uniform(0.2, 0.8), 140)
-
-if __name__ == "__main__":
-    unittest.main()

@@ -233,7 +233,3 @@ class Hand(rig.TestCase):
         fingers.forces["right"] = force
         self.until(subscriber, lambda grasp: grasp.valid)
         self.assertEqual(hand.stop(), 0, hand.output())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -6,21 +6,15 @@ import socket
 import struct
 import subprocess
 import time
-import unittest
 import urllib.parse
 import urllib.request
 
-import seed
 from browser import TestCase
 from rig import BIN, PATIENCE, SOURCE
 from websocket import RawWebSocket
 
 
 class Viewer(TestCase):
-    def setUp(self):
-        super().setUp()
-        self.draw = seed.chance(self.id())
-
     def exchange(self, view, request):
         with socket.create_connection(("127.0.0.1", view.port), timeout=20 * PATIENCE) as connection:
             answer = b""
@@ -230,7 +224,3 @@ class Viewer(TestCase):
         self.assertEqual(view.stop(), 0, view.output())
         code, text = self.rig.ctl("info", folder / name)
         self.assertEqual(code, 0, text)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -28,7 +28,3 @@ class Demo(unittest.TestCase):
         view = [size for size, line in zip(sizes, lines) if "lost" in line]
         self.assertLess(view[-1] - view[len(view) // 2], 1 << 16)
         self.assertEqual(os.listdir(scratch), [])
-
-
-if __name__ == "__main__":
-    unittest.main()

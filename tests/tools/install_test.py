@@ -67,7 +67,3 @@ class Install(unittest.TestCase):
         self.assertEqual(self.files(), {"share/other/file"})
         self.assertEqual([path for path in self.prefix.rglob("*traction*")], [])
         self.assertEqual(self.place.run(TOOLS / "uninstall", self.list.parent)[0], 66)  # there is nothing any more
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -97,7 +97,3 @@ class Completion(unittest.TestCase):
             with self.subTest(shell.name):
                 self.assertIn("status", shell.complete("tractionctl", "--instance", "camera", "st"))
                 self.assertEqual(shell.complete("tractionctl", "--server-key", ""), [])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -20,7 +20,3 @@ class Operations(unittest.TestCase):
             asked = set(re.findall(r"\btraction_[a-z_]+", text))
             self.assertTrue(asked)
             self.assertLessEqual(asked, known)
-
-
-if __name__ == "__main__":
-    unittest.main()

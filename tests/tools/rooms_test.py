@@ -44,7 +44,3 @@ class Rooms(unittest.TestCase):
         code = "".join(path.read_text() for room in ("base", "daemon")
                        for path in (SOURCE / room).rglob("*") if path.suffix in (".h", ".cpp"))
         self.assertEqual(set(re.findall(r'"((?:tr|camera)-[a-z-]+)"', code)), said)
-
-
-if __name__ == "__main__":
-    unittest.main()

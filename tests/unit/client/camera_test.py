@@ -1,7 +1,6 @@
 """tractionctl camera and trigger, against a daemon's camera of a few features."""
 
 import json
-import unittest
 
 import seed
 from ctl import TEMPORARY, UNAVAILABLE, USAGE, Case, ctl
@@ -133,7 +132,3 @@ class CameraCommand(Case):
             self.fails(USAGE, "is required", "camera", command)
         self.fails(UNAVAILABLE, r"is tractiond running\?", "camera", "list", "--instance", "absent")
         self.assertEqual(self.camera.asked, [])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -8,7 +8,6 @@ import subprocess
 import tempfile
 import threading
 import time
-import unittest
 
 import seed
 import zmq
@@ -131,7 +130,3 @@ class Echo(Case):
         self.assertEqual(child.stderr.readline(), "tractionctl: tractiond was started anew\n")
         child.send_signal(signal.SIGINT)
         self.assertEqual(child.wait(HUNG_S), 0)
-
-
-if __name__ == "__main__":
-    unittest.main()

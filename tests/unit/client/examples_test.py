@@ -89,7 +89,3 @@ class Hold(unittest.TestCase):
             speed = self.hold.speed_m_per_s(self.field(1, force=force))
             self.assertLessEqual(abs(speed), hold_force.FASTEST_M_PER_S)
             self.assertEqual((speed > 0, speed < 0), (force < 2, force > 2))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -48,7 +48,3 @@ class Installed(unittest.TestCase):
             text = header.read_text()
             self.assertNotIn("zmq", text.replace("ZeroMQ", ""), header)
             self.assertNotIn("google", text, header)
-
-
-if __name__ == "__main__":
-    unittest.main()

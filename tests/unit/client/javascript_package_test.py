@@ -48,7 +48,3 @@ class Package(unittest.TestCase):
                  "console.log(decode('Field', new Uint8Array([9, 0, 0, 0, 0, 0, 0, 240, 63])).timestamp)"
         done = subprocess.run(["node", "--input-type=module", "-e", script], cwd=folder, capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stdout), (0, "1\n"), done.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

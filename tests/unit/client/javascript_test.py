@@ -4,8 +4,6 @@ import pathlib
 import subprocess
 import unittest
 
-import seed
-
 CLIENT = pathlib.Path(__file__).resolve().parents[3] / "client" / "javascript"
 
 
@@ -34,7 +32,3 @@ class Pairs(unittest.TestCase):
             assert.deepEqual(ends.contacts[0].force_N, [0, 0, 0]);
             assert.equal(ends.valid, false);
             assert.equal(paired.endIfSilent(20_000), null);""")
-
-
-if __name__ == "__main__":
-    unittest.main()

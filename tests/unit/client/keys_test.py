@@ -6,7 +6,6 @@ import pathlib
 import shlex
 import stat
 import tempfile
-import unittest
 
 import zmq
 from ctl import USAGE, Case, ctl
@@ -85,7 +84,3 @@ class Keys(Case):
         folder.chmod(0o777)
         self.fails(NO_PERMISSION, "every user of this machine can write", "keys", "allow", "bob", key, *self.box)
         self.assertFalse((folder / "bob.key").exists())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -47,7 +47,3 @@ class Programs(unittest.TestCase):
                     code, out, err = run(BUILD / "bin" / program, f"{option}={text}")
                     said = f"{program}: {option}: '{text}' is not a number from {least} to {most}; see {program} --help\n"
                     self.assertEqual((code, out, err), (USAGE, "", said))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -48,7 +48,3 @@ class Package(unittest.TestCase):
         with tempfile.TemporaryDirectory(prefix="traction-") as cache:
             done = subprocess.run([mypy, "--cache-dir", cache], cwd=CLIENT, capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -303,7 +303,3 @@ class Keys(Case):
             traction.load_keys(path / "absent")
         with self.assertRaisesRegex(traction.BadKeys, "the server key '' is not a key"):
             traction.Subscriber(endpoint="tcp://127.0.0.1:1", keys=traction.Keys("", public, secret))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -10,7 +10,6 @@ import subprocess
 import sys
 import tempfile
 import time
-import unittest
 import warnings
 
 import numpy as np
@@ -295,7 +294,3 @@ class Record(Case):
         self.fails(UNAVAILABLE, "no publisher at", "record", self.folder / "b", "--connect", "ipc:///tmp/no-such-one")
         self.assertFalse((self.folder / "b").exists())
         self.assertTrue(self.info(path)["closed"])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -66,7 +66,3 @@ class Bridge(unittest.TestCase):
         self.assertEqual(written, [ros2.WRENCH, ros2.DIAGNOSTICS])  # of one field
         self.assertEqual(path.read_bytes()[-8:], b"\x89MCAP0\r\n")
         self.assertRegex(told.getvalue(), r"\Aros2_bridge: a message is left out: .*\n\Z")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -274,7 +274,3 @@ def read_foreign(path):
     if done.returncode:
         raise AssertionError(done.stderr[-2000:])
     return json.loads(done.stdout)
-
-
-if __name__ == "__main__":
-    unittest.main()

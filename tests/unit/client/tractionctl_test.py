@@ -8,7 +8,6 @@ import signal
 import socket
 import subprocess
 import termios
-import unittest
 
 import zmq
 from ctl import NO_CAMERA, OUTPUT, PROTOCOL, UNAVAILABLE, USAGE, Case, answer, ctl
@@ -258,7 +257,3 @@ class Tractionctl(Case):
             output += os.read(leader, 65536)
         os.close(leader)
         self.assertEqual(child.wait(HUNG_S), OUTPUT)
-
-
-if __name__ == "__main__":
-    unittest.main()

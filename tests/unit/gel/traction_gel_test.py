@@ -650,7 +650,3 @@ class RandomMarkers(unittest.TestCase):
     def test_more_than_have_room_are_refused(self):
         with self.assertRaisesRegex(Problem, r"layers\[0\]: \d+ of 108 random markers have room at least 1 mm apart"):
             placement.markers(self.surface, [self.LAYER | {"least_mm": 1}])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -39,7 +39,3 @@ class CommandLine(unittest.TestCase):
                        "--square-mm is to be one or two lengths")
         self.check(["pose", "no.png", "--gel", "no.toml", "--output", "o"], 66, "no.toml")
         self.check(["sheet", "--output-dir", "/proc/none"], 73, "/proc/none/layer1.svg")
-
-
-if __name__ == "__main__":
-    unittest.main()
