@@ -4,7 +4,6 @@
 #include "daemon/capture/camera.h"
 #include "tests/unit/app/interposed.h"
 #include "tests/unit/capture/fake_camera.h"
-#include "tests/unit/capture/own_network.h"
 
 #include <gtest/gtest.h>
 
@@ -66,9 +65,3 @@ TEST(HotCapture, AllocatesAndLocksNothing) {
 
 }  // namespace
 }  // namespace tractiond::hot_capture_test
-
-int main(int argc, char** argv) {
-  tractiond::test::enterOwnNetwork(argc, argv);
-  testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

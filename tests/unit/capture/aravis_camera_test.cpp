@@ -3,7 +3,6 @@
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
 #include "tests/unit/capture/fake_camera.h"
-#include "tests/unit/capture/own_network.h"
 
 #include <arv.h>
 #include <gmock/gmock.h>
@@ -201,9 +200,3 @@ TEST_F(AravisCameraTest, TakesControlAgainWhereItWasTakenAway) {
 
 }  // namespace
 }  // namespace tractiond::capture::aravis_camera_test
-
-int main(int argc, char** argv) {
-  tractiond::test::enterOwnNetwork(argc, argv);
-  testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

@@ -3,7 +3,6 @@
 #include "daemon/capture/camera_list.h"
 #include "daemon/capture/inspection.h"
 #include "tests/support/places.h"
-#include "tests/unit/capture/own_network.h"
 #include "tests/unit/capture/quirks.h"
 #include "tests/unit/capture/quirky.h"
 
@@ -113,9 +112,3 @@ TEST_F(HostileCamera, OneInAnotherNetworkIsToldSo) {
 
 }  // namespace
 }  // namespace tractiond::capture::hostile_camera_test
-
-int main(int argc, char** argv) {
-  tractiond::test::enterOwnNetwork(argc, argv);
-  testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

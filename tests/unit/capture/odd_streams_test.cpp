@@ -2,7 +2,6 @@
 // named. They send picture after picture until the test ends, so that no test depends on when one comes.
 #include "base/clock.h"
 #include "tests/support/deadline.h"
-#include "tests/unit/capture/own_network.h"
 #include "tests/unit/capture/quirks.h"
 
 #include <gmock/gmock.h>
@@ -218,9 +217,3 @@ INSTANTIATE_TEST_SUITE_P(Cameras, UnusablePicture,
 
 }  // namespace
 }  // namespace tractiond::capture::odd_streams_test
-
-int main(int argc, char** argv) {
-  tractiond::test::enterOwnNetwork(argc, argv);
-  testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

@@ -1,5 +1,6 @@
-#include "tests/unit/capture/own_network.h"
-
+// The main() of tests that open a camera. GigE Vision's port is exclusive per address, so they start themselves again
+// in a network namespace that holds nothing but a loopback, unless they only list their tests.
+#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <array>
@@ -10,8 +11,9 @@
 #include <string_view>
 #include <vector>
 
-namespace tractiond::test {
+namespace {
 
+/// Comes back inside the namespace, or ends the program with a message.
 void enterOwnNetwork(int argc, char** argv) {
   constexpr const char* kOutside = "TRACTION_OUTER_NETWORK";
   for (int i = 1; i < argc; ++i)
@@ -32,4 +34,10 @@ void enterOwnNetwork(int argc, char** argv) {
   std::exit(EXIT_FAILURE);
 }
 
-}  // namespace tractiond::test
+}  // namespace
+
+int main(int argc, char** argv) {
+  enterOwnNetwork(argc, argv);
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}

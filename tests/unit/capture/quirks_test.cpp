@@ -2,7 +2,6 @@
 #include "base/clock.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
-#include "tests/unit/capture/own_network.h"
 #include "tests/unit/capture/quirks.h"
 
 #include <gmock/gmock.h>
@@ -207,9 +206,3 @@ TEST_F(Quirks, NoAnswerIsNoRefusal) {
 
 }  // namespace
 }  // namespace tractiond::capture::quirks_test
-
-int main(int argc, char** argv) {
-  tractiond::test::enterOwnNetwork(argc, argv);
-  testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

@@ -16,6 +16,7 @@ namespace lens::lens_fit_test {
 namespace {
 
 constexpr int kPictures = 15;
+const Board kBoard{10, 7, 10e-3};
 
 /// Errors over their stated deviations: focal length, principal point, k1, k2.
 std::array<double, 5> pulls(const LensFit& fit, const TrueCamera& truth) {
@@ -43,24 +44,23 @@ struct Coverage {
 /// Where the edges are, not where the camera's pixels are: without noise, errors are far below what noise does.
 TEST(Corners, AreExactToThousandthsOfAPixel) {
   Draw draw(tractiond::test::seed());
-  const Board board{10, 7, 10e-3};
   double squares = 0.0, worst_px = 0.0;
   int coordinates = 0;
   for (int i = 0; i < 8; ++i) {
     const TrueCamera truth = draw.camera();
-    const BoardPose pose = draw.pose(truth, board, kTilted[0], kTilted[1]);
+    const BoardPose pose = draw.pose(truth, kBoard, kTilted[0], kTilted[1]);
     const Shot shot{20.0, 220.0, draw.between(0.5, 1.1), 0.3};
-    const auto found = findCorners(photograph(truth, board, pose, shot, draw.generator), board);
+    const auto found = findCorners(photograph(truth, kBoard, pose, shot, draw.generator), kBoard);
     ASSERT_TRUE(found) << i << ": " << found.error();
-    Eigen::Matrix2Xd places(2, board.corners());
-    for (int k = 0; k < board.corners(); ++k) places.col(k) = seenAt(truth, pose, board.corner(k));
+    Eigen::Matrix2Xd places(2, kBoard.corners());
+    for (int k = 0; k < kBoard.corners(); ++k) places.col(k) = seenAt(truth, pose, kBoard.corner(k));
     // The board looks the same turned by half.
     const double turned = (found->place_px.rowwise().reverse() - places).norm();
     const Eigen::Matrix2Xd off = turned < (found->place_px - places).norm()
                                      ? Eigen::Matrix2Xd(found->place_px.rowwise().reverse() - places)
                                      : Eigen::Matrix2Xd(found->place_px - places);
     squares += off.squaredNorm();
-    coordinates += 2 * board.corners();
+    coordinates += 2 * kBoard.corners();
     worst_px = std::max(worst_px, off.colwise().norm().maxCoeff());
   }
   std::printf("corners are off by %.4f px, the worst by %.4f px\n", std::sqrt(squares / coordinates), worst_px);
@@ -95,12 +95,11 @@ std::vector<Corners> seenCorners(Draw& draw, const TrueCamera& truth, const Boar
 /// Half of the pictures stored upside down or mirrored: the lens of their mean is that of no camera.
 TEST(FlippedPictures, AreNamed) {
   Draw draw(tractiond::test::seed());
-  const Board board{10, 7, 10e-3};
   const TrueCamera truth{.u0 = 345.0, .v0 = 215.0, .k1 = -0.2, .k2 = 0.05};
   const Eigen::Vector2d last_px(truth.width - 1, truth.height - 1);
   for (const Eigen::Vector2d& sign : {Eigen::Vector2d(-1, -1), Eigen::Vector2d(-1, 1), Eigen::Vector2d(1, -1)}) {
     for (const std::size_t many : {1, 5, 7}) {
-      std::vector<Corners> views = seenCorners(draw, truth, board, 0.05);
+      std::vector<Corners> views = seenCorners(draw, truth, kBoard, 0.05);
       std::vector<bool> isFlipped(views.size(), false);
       for (std::size_t i = 0; i < many; ++i) {
         isFlipped[i] = true;
@@ -110,7 +109,7 @@ TEST(FlippedPictures, AreNamed) {
           place_px.middleCols(9 * row, 9) = place_px.middleCols(9 * row, 9).rowwise().reverse().eval();
         }
       }
-      const LensFit fit = fitLens(views, board, truth.width, truth.height);
+      const LensFit fit = fitLens(views, kBoard, truth.width, truth.height);
       EXPECT_EQ(fit.isFlipped, isFlipped) << sign.transpose() << ", " << many;
       EXPECT_EQ(fit.flip, sign) << many;
     }
@@ -120,17 +119,16 @@ TEST(FlippedPictures, AreNamed) {
 /// A board that is turned by half, or listed from its other end, is a board in another pose.
 TEST(FlippedPictures, AreNotThoseOfATurnedBoard) {
   Draw draw(tractiond::test::seed());
-  const Board board{10, 7, 10e-3};
   for (int i = 0; i < 5; ++i) {
     const TrueCamera truth = draw.camera();
-    std::vector<Corners> views = seenCorners(draw, truth, board, draw.between(0.02, 0.2));
+    std::vector<Corners> views = seenCorners(draw, truth, kBoard, draw.between(0.02, 0.2));
     views.resize(i == 0 ? 5 : views.size());
-    const LensFit before = fitLens(views, board, truth.width, truth.height);
+    const LensFit before = fitLens(views, kBoard, truth.width, truth.height);
     EXPECT_TRUE(before.isFlipped.empty()) << i;
     for (std::size_t k = 0; k < views.size(); k += 2) {
       views[k].place_px = views[k].place_px.rowwise().reverse().eval();
     }
-    const LensFit fit = fitLens(views, board, truth.width, truth.height);
+    const LensFit fit = fitLens(views, kBoard, truth.width, truth.height);
     EXPECT_TRUE(fit.isFlipped.empty()) << i;
     EXPECT_NEAR(fit.camera.principal_px.x(), before.camera.principal_px.x(), 0.01);
     EXPECT_NEAR(fit.principalDeviation_px.x(), before.principalDeviation_px.x(),
@@ -140,10 +138,9 @@ TEST(FlippedPictures, AreNotThoseOfATurnedBoard) {
 
 TEST(ExactCorners, GiveTheLensExactly) {
   Draw draw(tractiond::test::seed());
-  const Board board{10, 7, 10e-3};
   for (int i = 0; i < 5; ++i) {
     const TrueCamera truth = draw.camera();
-    const LensFit fit = fitLens(seenCorners(draw, truth, board, 0.0), board, truth.width, truth.height);
+    const LensFit fit = fitLens(seenCorners(draw, truth, kBoard, 0.0), kBoard, truth.width, truth.height);
     ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
     // A picture's place is itself found to 1e-5 px.
     EXPECT_NEAR(fit.camera.focal_px, truth.focal, 1e-3);
@@ -160,11 +157,10 @@ TEST(ExactCorners, GiveTheLensExactly) {
 
 TEST(ExactCorners, GiveTheAspectExactly) {
   Draw draw(tractiond::test::seed());
-  const Board board{10, 7, 10e-3};
   for (const double aspect : {1.035, 0.75}) {
     TrueCamera truth = draw.camera();
     truth.aspect = aspect;
-    const LensFit fit = fitLens(seenCorners(draw, truth, board, 0.0), board, truth.width, truth.height);
+    const LensFit fit = fitLens(seenCorners(draw, truth, kBoard, 0.0), kBoard, truth.width, truth.height);
     ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
     EXPECT_TRUE(fit.aspectDeviation);
     EXPECT_NEAR(fit.camera.aspect, aspect, 2e-6);
@@ -267,12 +263,11 @@ TEST(AnyBoard, SeenAlikeInAllPicturesTellsNotWhichOfTheTwoIsOblong) {
 /// One picture of a sharp set that is less sharp is none through another lens.
 TEST(ExactCorners, OneViewOfThreeTimesTheErrorIsNotOdd) {
   Draw draw(tractiond::test::seed());
-  const Board board{10, 7, 10e-3};
   for (int i = 0; i < 5; ++i) {
     const TrueCamera truth = draw.camera();
-    auto views = seenCorners(draw, truth, board, 0.02);
-    views[3] = seenCorners(draw, truth, board, 0.1)[0];
-    const LensFit fit = fitLens(views, board, truth.width, truth.height);
+    auto views = seenCorners(draw, truth, kBoard, 0.02);
+    views[3] = seenCorners(draw, truth, kBoard, 0.1)[0];
+    const LensFit fit = fitLens(views, kBoard, truth.width, truth.height);
     EXPECT_FALSE(fit.oddView) << fit.viewResidual_px[3];
   }
 }
@@ -281,24 +276,23 @@ TEST(ExactCorners, OneViewOfThreeTimesTheErrorIsNotOdd) {
 /// side.
 TEST(CorrelatedErrors, AreInTheDeviations) {
   Draw draw(tractiond::test::seed());
-  const Board board{10, 7, 10e-3};
   std::normal_distribution<double> normal;
   Coverage coverage;
   constexpr int kLenses = 20;
   for (int i = 0; i < kLenses; ++i) {
     const TrueCamera truth = draw.camera();
-    std::vector<Corners> views = seenCorners(draw, truth, board, 0.02);
+    std::vector<Corners> views = seenCorners(draw, truth, kBoard, 0.02);
     for (Corners& view : views) {
       Eigen::Matrix<double, 2, 6> bend;
       for (double& coefficient : bend.reshaped()) coefficient = 0.1 * normal(draw.generator);
-      const Eigen::Vector2d middle = board.corner(board.corners() / 2).head<2>();
-      for (int k = 0; k < board.corners(); ++k) {
-        const Eigen::Vector2d at = (board.corner(k).head<2>() - middle) / 40e-3;
+      const Eigen::Vector2d middle = kBoard.corner(kBoard.corners() / 2).head<2>();
+      for (int k = 0; k < kBoard.corners(); ++k) {
+        const Eigen::Vector2d at = (kBoard.corner(k).head<2>() - middle) / 40e-3;
         view.place_px.col(k) +=
             bend * Eigen::Vector<double, 6>(1, at.x(), at.y(), at.x() * at.y(), at.x() * at.x(), at.y() * at.y());
       }
     }
-    const LensFit fit = fitLens(views, board, truth.width, truth.height);
+    const LensFit fit = fitLens(views, kBoard, truth.width, truth.height);
     ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
     EXPECT_TRUE(fit.isFlipped.empty()) << i;
     coverage.add(pulls(fit, truth));
@@ -311,13 +305,12 @@ TEST(CorrelatedErrors, AreInTheDeviations) {
 /// The same with corners that err as these do, without pictures: many lenses.
 TEST(LensFit, DeviationsAreTrue) {
   Draw draw(tractiond::test::seed());
-  const Board board{10, 7, 10e-3};
   constexpr int kLenses = 150;
   Coverage coverage;
   for (int i = 0; i < kLenses; ++i) {
     const TrueCamera truth = draw.camera();
     const double error_px = draw.between(0.01, 0.1);
-    const LensFit fit = fitLens(seenCorners(draw, truth, board, error_px), board, truth.width, truth.height);
+    const LensFit fit = fitLens(seenCorners(draw, truth, kBoard, error_px), kBoard, truth.width, truth.height);
     ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
     EXPECT_TRUE(fit.isFlipped.empty()) << i;
     coverage.add(pulls(fit, truth));

@@ -26,8 +26,7 @@ TEST(BentLayers, AreTrackedAsFlatOnesAre) {
     // The camera is not quite where it should be; all markers stay in the picture.
     scene.rest = (0.98 * scene.rest).colwise() + Eigen::Vector2d(9.0, 3.0);
     scene.now = scene.rest;
-    Tracking tracking(scene);
-    ASSERT_TRUE(tracking.start(scene)) << radius;
+    Started tracking(scene);
     Bump bump;
     for (int i = 0; i < 10; ++i) {
       bump.peak_px = {0.8 * i, 0.4 * i};

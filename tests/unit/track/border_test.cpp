@@ -39,8 +39,7 @@ bool isNearBorder(const Eigen::Vector2d& place) {
 
 TEST(Border, MarkersWhoseDiscIsInThePictureAreFoundWithTrueVariances) {
   Scene scene({}, twin::Format::kMono8, fullPicture(8.5));
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   double square = 0.0, variance = 0.0, inside = 0.0;
   int seen = 0, seenInside = 0;
   for (int frame = 0; frame < 200; ++frame) {
@@ -70,8 +69,7 @@ TEST(Border, MarkersWhoseDiscIsInThePictureAreFoundWithTrueVariances) {
 
 TEST(Border, AMarkerThatIsCutIsNotFound) {
   Scene scene({}, twin::Format::kMono8, fullPicture(8.5));
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   scene.displace(
       [](const Eigen::Vector2d& place) { return Eigen::Vector2d(place.x() > kWidth - 15.0 ? 6.0 : 0.0, 0.0); });
   tracking(scene.shoot());
@@ -82,8 +80,7 @@ TEST(Border, AMarkerThatIsCutIsNotFound) {
 // Where the picture has no margin, labels that are one column off hardly contradict it.
 TEST(Border, AHiddenColumnDoesNotShiftAllLabels) {
   Scene scene({}, twin::Format::kMono8, fullPicture(14.5));
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   for (int i = 0; i < scene.markers(); ++i) {
     if (i % kColumns == kColumns - 1) scene.now.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
   }

@@ -11,10 +11,8 @@ TEST(Centre, EveryFormatPutsTheSameMarkerAtTheSamePlace) {
   for (const auto format : {twin::Format::kRgb8, twin::Format::kBgr8, twin::Format::kBayerRG8, twin::Format::kBayerGR8,
                             twin::Format::kBayerGB8, twin::Format::kBayerBG8}) {
     Scene scene({}, format);
-    Tracking tracking(scene);
-    ASSERT_TRUE(tracking.start(scene));
-    RestPose pose;
-    ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
+    Started tracking(scene);
+    RestPose pose = tracking.takeZero();
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();
     for (int i = 0; i < scene.markers(); ++i) {
       ASSERT_TRUE(pose.present[i]);

@@ -38,8 +38,7 @@ void expectRightPose(const Scene& scene, Tracker& tracker, double share) {
 }
 
 void expectRightLabels(Scene& scene, double share) {
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   expectRightPose(scene, tracking.tracker, share);
 }
 
@@ -79,8 +78,7 @@ TEST(Labelling, DustAndStrongUnevenLightDoNotConfuse) {
     for (std::size_t k = 0; k < dust.size(); ++k) scene.smear(dust[k][0], dust[k][1], dust[k][2], k % 2 ? 200 : 0);
     tracking(frame);
   }
-  RestPose pose;
-  ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
+  RestPose pose = tracking.takeZero();
   int found = 0;
   for (int i = 0; i < scene.markers(); ++i) {
     if (!pose.present[i]) continue;

@@ -29,8 +29,7 @@ class Motion : public testing::TestWithParam<twin::Format> {};
 TEST_P(Motion, FastAndFarSwapsNothingAndLosesFew) {
   Scene scene({}, GetParam());
   scene.remove(0.1, 4);
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   const int present = tracking.field.validCount;
   // From a standing start to the farthest, a stop, and back beyond rest.
   std::vector<double> peaks;
@@ -50,8 +49,7 @@ TEST_P(Motion, RestartUnderLoadKeepsTheLoad) {
   RestPose pose;
   int present = 0;
   {
-    Tracking before(scene);
-    ASSERT_TRUE(before.start(scene));
+    Started before(scene);
     ASSERT_TRUE(before.tracker.takeRestPose(pose));
     present = before.field.validCount;
   }
@@ -67,8 +65,7 @@ TEST_P(Motion, RestartUnderLoadKeepsTheLoad) {
 
 TEST_P(Motion, GapOfTenFramesIsFoundAgain) {
   Scene scene({}, GetParam());
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   for (const double peak : {kFarthest_px, 0.0, -kFarthest_px, 14.0}) {  // ten frames at 7 px could be anywhere
     scene.displace(bump(peak));
     EXPECT_GE(expectNothingWrong(scene, tracking, true), scene.markers() - 12) << peak;
@@ -80,8 +77,7 @@ TEST_P(Motion, GapOfTenFramesIsFoundAgain) {
 
 TEST_P(Motion, GapThatNobodyToldOfSwapsNothing) {
   Scene scene({}, GetParam());
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   for (const double peak : {19.2, 0.0, kFarthest_px, -19.2}) {  // some land on their neighbours' old places
     scene.displace(bump(peak));
     expectNothingWrong(scene, tracking);
@@ -92,8 +88,7 @@ TEST_P(Motion, GapThatNobodyToldOfSwapsNothing) {
 
 TEST_P(Motion, APictureThatJumpsAsAWholeIsFoundAgain) {
   Scene scene({}, GetParam());
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   for (const Eigen::Vector2d& jump : {Eigen::Vector2d(7, 0), Eigen::Vector2d(0, -6), Eigen::Vector2d(0, 0)}) {
     scene.displace([&](const Eigen::Vector2d&) { return jump; });
     EXPECT_GE(expectNothingWrong(scene, tracking), scene.markers() - 60);
@@ -110,8 +105,7 @@ TEST(Occlusion, BlueBehindRedIsNotBiased) {
     twin::Optics optics;
     optics.readNoise = 1.0;
     Scene scene(optics, format);
-    Tracking tracking(scene);
-    ASSERT_TRUE(tracking.start(scene));
+    Started tracking(scene);
     double largest = 0.0;
     int hidden = 0;
     for (double step = 0.0; step <= 20.0; step += 0.5) {
@@ -137,8 +131,7 @@ TEST(Occlusion, BlueBehindRedIsNotBiased) {
 
 TEST(LostMarkers, AreReportedAndFoundAgain) {
   Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   // Something passes over the gel while it moves.
   for (int i = 0; i < 40; ++i) {
     scene.displace(bump(0.7 * i), 0.9);
@@ -159,8 +152,7 @@ TEST(LostMarkers, AreReportedAndFoundAgain) {
 
 TEST(LostMarkers, DarkPicturesAreNotFollowed) {
   Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   const Eigen::Matrix2Xd rest = scene.rest;
   for (int i = 0; i < 10; ++i) {
     scene.now.setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -180,8 +172,7 @@ TEST(LostMarkers, DarkPicturesAreNotFollowed) {
 
 TEST(LostMarkers, AreZeroWhereInvalid) {
   Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   const Frame& frame = scene.shoot();
   scene.smear(300.0, 200.0, 60.0, 0);
   tracking(frame);

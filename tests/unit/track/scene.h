@@ -5,6 +5,8 @@
 #include "daemon/track/tracker.h"
 #include "twin/renderer.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -181,8 +183,23 @@ struct Tracking {
     return false;
   }
 
+  /// Takes the newest zero, which must be there.
+  RestPose takeZero() {
+    RestPose pose;
+    EXPECT_TRUE(tracker.takeRestPose(pose));
+    return pose;
+  }
+
   Tracker tracker;
   MarkerField field;
+};
+
+/// One that has a zero of the scene, which is at rest.
+struct Started : Tracking {
+  explicit Started(Scene& scene, const TrackOptions& options = {})
+      : Tracking(scene, options) {
+    EXPECT_TRUE(start(scene));
+  }
 };
 
 }  // namespace tractiond::track

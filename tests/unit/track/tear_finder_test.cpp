@@ -109,8 +109,7 @@ TEST(TearFinder, TakesNoLoadForATear) {
 TEST(Tear, ShiftedRowsAreNoticedAndTheNextFrameIsRight) {
   for (const auto format : {twin::Format::kRgb8, twin::Format::kBayerRG8}) {
     Scene scene({}, format);
-    Tracking tracking(scene);
-    ASSERT_TRUE(tracking.start(scene));
+    Started tracking(scene);
     for (const int px : {2, -10, 14, 40}) {
       for (const int row : {100, 240, 380}) {
         const Frame& frame = scene.shoot();
@@ -132,8 +131,7 @@ TEST(Tear, ShiftedRowsAreNoticedAndTheNextFrameIsRight) {
 TEST(Tear, AShiftOfAnEighthOfAPixelIsNoticedMostlyAndOfAHalfAlways) {
   // Sub-pixel shifts are drawn as such.
   Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   constexpr int kTimes = 20;
   struct Case {
     double px;
@@ -159,8 +157,7 @@ TEST(Tear, AShiftOfAnEighthOfAPixelIsNoticedMostlyAndOfAHalfAlways) {
 
 TEST(Tear, MomentsMixedUpWhereTheGelMovesAreNoticed) {
   Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   struct Case {
     double perFrame, least;  ///< motion [px] and the share that is noticed
   };
@@ -193,8 +190,7 @@ TEST(Tear, MomentsMixedUpWhereTheGelMovesAreNoticed) {
 
 TEST(Tear, AStepThatStaysIsTakenForTheGels) {
   Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   int flagged = 0;
   for (int i = 0; i < 10; ++i) {
     const Frame& frame = scene.shoot();
@@ -207,8 +203,7 @@ TEST(Tear, AStepThatStaysIsTakenForTheGels) {
 
 TEST(Tear, NoZeroIsTakenFromTornPictures) {
   Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   tracking.tracker.requestZero();
   for (int i = 0; i < 36; ++i) {
     const Frame& frame = scene.shoot();

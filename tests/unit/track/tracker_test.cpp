@@ -63,8 +63,7 @@ TEST(Tracker, LargerMarkersAndPicturesAreTracked) {
   for (const auto format : {twin::Format::kRgb8, twin::Format::kBayerBG8}) {
     Scene scene({}, format, sensor);
     scene.remove(0.1, 2);
-    Tracking tracking(scene);
-    ASSERT_TRUE(tracking.start(scene));
+    Started tracking(scene);
     Bump bump;
     bump.centre = {640, 480};
     bump.width_px = 90.0;

@@ -79,13 +79,11 @@ TEST(Zero, ThatIsBeingTakenChangesNoField) {
 
 TEST(Zero, TheOneBeforeIsPutBackAsItWas) {
   Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   const auto zero = [&] {
     tracking.tracker.requestZero();
     shoot(scene, tracking, kZeroFrames + 1);
-    RestPose pose;
-    EXPECT_TRUE(tracking.tracker.takeRestPose(pose));
+    RestPose pose = tracking.takeZero();
     return pose;
   };
   const RestPose before = zero();
@@ -118,9 +116,7 @@ TEST(Zero, LearnsAnewWhatMarkersLookLike) {
     const twin::Optics before = drawn(), after = drawn();
     SCOPED_TRACE("blur " + std::to_string(before.blur_px) + " then " + std::to_string(after.blur_px));
     Scene scene(before), other(after);
-    Tracking tracking(scene), fresh(other);
-    ASSERT_TRUE(tracking.start(scene));
-    ASSERT_TRUE(fresh.start(other));
+    Started tracking(scene), fresh(other);
     scene.change(after);
     shoot(scene, tracking, 3);
     RestPose learnt, expected;
@@ -144,8 +140,7 @@ RestPose restPose(Scene& scene, bool requested) {
     tracking.tracker.requestZero();
     shoot(scene, tracking, kZeroFrames);
   }
-  RestPose pose;
-  EXPECT_TRUE(tracking.tracker.takeRestPose(pose));
+  RestPose pose = tracking.takeZero();
   return pose;
 }
 

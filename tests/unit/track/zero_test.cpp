@@ -10,10 +10,8 @@ namespace {
 
 TEST(Zero, AFirstStartsIsUnverifiedAndARequestedOneIsVerified) {
   Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
-  RestPose first;
-  ASSERT_TRUE(tracking.tracker.takeRestPose(first));
+  Started tracking(scene);
+  RestPose first = tracking.takeZero();
   EXPECT_FALSE(first.requested);
   EXPECT_EQ(first.id, idOf(first));
   EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
@@ -25,8 +23,7 @@ TEST(Zero, AFirstStartsIsUnverifiedAndARequestedOneIsVerified) {
   EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken);
   shoot(scene, tracking, 1);
   EXPECT_FALSE(tracking.field.flags & kZeroUnverified);
-  RestPose second;
-  ASSERT_TRUE(tracking.tracker.takeRestPose(second));
+  RestPose second = tracking.takeZero();
   EXPECT_FALSE(tracking.tracker.takeRestPose(second));
   EXPECT_TRUE(second.requested);
   EXPECT_NE(second.id, first.id);
@@ -51,10 +48,8 @@ TEST(Zero, IsRefusedWhileMarkersMove) {
                          }}};
   for (const Case& c : cases) {
     Scene scene;
-    Tracking tracking(scene);
-    ASSERT_TRUE(tracking.start(scene));
-    RestPose pose;
-    ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
+    Started tracking(scene);
+    RestPose pose = tracking.takeZero();
     tracking.tracker.requestZero();
     for (int i = 0; i < kZeroFrames; ++i) {
       scene.displace(c.field(i));
@@ -69,23 +64,20 @@ TEST(Zero, IsRefusedWhileMarkersMove) {
 
 TEST(Zero, AFaintVibrationOfThePictureIsAveraged) {
   Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   tracking.tracker.requestZero();
   for (int i = 0; i < kZeroFrames; ++i) {
     scene.displace([i](const Eigen::Vector2d&) { return Eigen::Vector2d(0.02 * std::sin(1.3 * i), 0.0); });
     shoot(scene, tracking, 1);
   }
   EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken);
-  RestPose pose;
-  ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
+  RestPose pose = tracking.takeZero();
   EXPECT_NEAR(pose.noise, 2.0, 0.1);  // vibration is no noise of a pixel
 }
 
 TEST(Zero, IsRefusedWhereTooFewMarkersAreSeen) {
   Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   tracking.tracker.requestZero();
   const Frame& frame = scene.shoot();
   scene.smear(320.0, 240.0, 230.0, 0);
@@ -129,13 +121,10 @@ TEST(Zero, AFirstOneWaitsUntilTheLightIsSteadyAndNoLonger) {
     EXPECT_GT(sight.firstZero.brighter, 0.1F) << from;
     EXPECT_GT(unsteady, 10) << from;
     EXPECT_LE(shots, 25 + kZeroFrames + 10) << from << ": at most the try in which the ramp ends is given up";
-    RestPose pose;
-    ASSERT_TRUE(tracking.tracker.takeRestPose(pose)) << from;
+    RestPose pose = tracking.takeZero();
     Scene steady;
-    Tracking other(steady);
-    ASSERT_TRUE(other.start(steady));
-    RestPose right;
-    ASSERT_TRUE(other.tracker.takeRestPose(right));
+    Started other(steady);
+    RestPose right = other.takeZero();
     EXPECT_NEAR(pose.light, right.light, 0.02 * right.light) << from;
     shoot(scene, tracking, 10);
     EXPECT_EQ(tracking.field.validCount, scene.markers()) << from;
@@ -146,10 +135,8 @@ TEST(Zero, AFirstOneWaitsUntilTheLightIsSteadyAndNoLonger) {
 TEST(Zero, ARequestedOneWaitsForTheLightWithinItsTimeAndIsThenRefused) {
   for (const bool ends : {true, false}) {
     Scene scene;
-    Tracking tracking(scene);
-    ASSERT_TRUE(tracking.start(scene));
-    RestPose pose;
-    ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
+    Started tracking(scene);
+    RestPose pose = tracking.takeZero();
     tracking.tracker.requestZero();
     int shots = 0;
     do {
@@ -178,8 +165,7 @@ TEST(Zero, IsolatedGapsAreWrittenWithEachField) {
   scene.rest.col(24 * 24 + 200).setConstant(std::numeric_limits<double>::quiet_NaN());
   scene.rest.col(0).setConstant(std::numeric_limits<double>::quiet_NaN());
   scene.now = scene.rest;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   EXPECT_EQ(tracking.field.isolatedGaps, 2) << "not the corner";
 }
 
@@ -187,8 +173,7 @@ TEST(Zero, MarkersThatWereMissingAreTakenInAtTheNext) {
   Scene scene;
   const Eigen::Matrix2Xd all = scene.rest;
   scene.remove(0.1, 9);
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   EXPECT_LT(tracking.field.validCount, scene.markers());
   scene.rest = scene.now = all;
   shoot(scene, tracking, 5);
@@ -203,10 +188,8 @@ TEST(Zero, WhatWasTakenBackNeverComes) {
   // At any moment of its taking; whatever is then on the gel stays a load.
   std::mt19937 generator(test::seed());
   Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
-  RestPose pose;
-  ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
+  Started tracking(scene);
+  RestPose pose = tracking.takeZero();
   const Id first = pose.id;
   for (int round = 0; round < 3; ++round) {
     scene.now = scene.rest;
@@ -241,16 +224,14 @@ TEST(Zero, TakenBackAtTheFirstStartItIsTheFirstStarts) {
   shoot(scene, tracking, 10);
   EXPECT_TRUE(tracking.tracker.cancelZero());
   ASSERT_TRUE(tracking.start(scene, kZeroFrames + 2));
-  RestPose pose;
-  ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
+  RestPose pose = tracking.takeZero();
   EXPECT_FALSE(pose.requested);
   EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
 }
 
 TEST(Zero, IsRefusedWhereMostPicturesAreTorn) {
   Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
+  Started tracking(scene);
   tracking.tracker.requestZero();
   int frames = 0;
   for (; frames < 4 * kZeroFrames && tracking.tracker.zeroState() <= ZeroState::kTaking; ++frames) {
