@@ -41,8 +41,6 @@ class Front {
   /// \param mayEnter, refused called by serve(), on its thread, only if connections need a key
   static tl::expected<std::unique_ptr<Front>, Error> open(const Options& options, MayEnter mayEnter, Refused refused);
   ~Front();
-  Front(const Front&) = delete;
-  Front& operator=(const Front&) = delete;
 
   /// Returns the socket of a way: XPUB of stream and previews, PUB of latest, ROUTER of control. Valid as long as the
   /// front exists.

@@ -132,8 +132,7 @@ double radius_px(const sensor::Sensor& sensor, std::size_t layer, const RestMark
 }
 
 /// Draws a line twice: black and wider below its colour, so that it is visible on any picture.
-template <typename Draw>
-void outlined(const cv::Scalar& colour, Draw&& draw) {
+void outlined(const cv::Scalar& colour, auto&& draw) {
   draw(cv::Scalar(0, 0, 0), 4);
   draw(colour, 2);
 }

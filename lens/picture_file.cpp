@@ -164,8 +164,7 @@ Header headerOf(std::string_view file) {
 /// Returns the fault of a PNG file, or an empty text if length, type, data and checksum of every chunk up to the last
 /// are right. Decoders tolerate some missing data and leave grey areas.
 /// \param each is called with type and data of each chunk
-template <typename Each>
-std::string faultOfPng(std::string_view text, Each each) {
+std::string faultOfPng(std::string_view text, auto each) {
   const Bytes bytes(text, true);
   std::size_t at = kPng.size();
   while (text.size() - at >= 12) {

@@ -7,8 +7,7 @@ namespace sensor {
 namespace {
 
 /// Returns the points of a grid at one depth, in index order.
-template <typename Grid>
-Points positions(const Grid& grid, double depth) {
+Points positions(const auto& grid, double depth) {
   Points points(3, grid.count());
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {

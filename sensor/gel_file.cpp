@@ -126,8 +126,7 @@ std::optional<Misfit> misfit(const Camera& camera, const Gel& gel) {
 
 /// Adds a fault if a part does not fit the gel: at the key that was read, or at the missing table if the paper's values
 /// were used.
-template <typename Part>
-void check(const Part& part, const Gel& gel, TomlTable& root, const char* name, TomlTable* table) {
+void check(const auto& part, const Gel& gel, TomlTable& root, const char* name, TomlTable* table) {
   const std::optional<Misfit> found = misfit(part, gel);
   if (!found) return;
   if (table) return table->fail(found->first, found->second);

@@ -53,8 +53,6 @@ class GvCamera {
   static tl::expected<std::unique_ptr<GvCamera>, tractiond::Error> open(const GvCameraOptions& options);
   /// Blocks until Aravis's thread has ended. Pictures that are still queued are not touched any more.
   ~GvCamera();
-  GvCamera(const GvCamera&) = delete;
-  GvCamera& operator=(const GvCamera&) = delete;
 
   /// Queues the next picture to send and resets its stamp; a picture of another format than format() is discarded. Does
   /// not wait. The caller keeps ownership and must not touch it until takeBack() returns it.

@@ -14,8 +14,7 @@ std::string number(double value, const char* format = "%.9g") {
   return buffer.data();
 }
 
-template <typename Numbers>
-std::string list(const Numbers& numbers, const char* format = "%.9g") {
+std::string list(const auto& numbers, const char* format = "%.9g") {
   std::string text = "[";
   for (const auto value : numbers) {
     if (text.size() > 1) text += ",";

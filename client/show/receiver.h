@@ -24,8 +24,6 @@ class Receiver {
   explicit Receiver(const SubscriberOptions& options);
   /// Waits for the thread, some 50 ms at most.
   ~Receiver();
-  Receiver(const Receiver&) = delete;
-  Receiver& operator=(const Receiver&) = delete;
 
   /// Returns a copy of the current scene. Does not wait for messages. Thread-safe. If receiving has thrown an Error,
   /// nothing more is received, and each call rethrows it.

@@ -18,8 +18,7 @@ TrackedContact endOf(TrackedContact contact, EndCause cause) {
   return contact;
 }
 
-template <typename Range>
-auto find(Range& contacts, std::uint64_t id) {
+auto find(auto& contacts, std::uint64_t id) {
   return std::find_if(contacts.begin(), contacts.end(), [&](const TrackedContact& each) { return each.id == id; });
 }
 

@@ -36,8 +36,7 @@ class Published : public RelayOutput {
 };
 
 /// Runs until a signal comes.
-template <typename AnyRelay>
-int run(AnyRelay&& relay, const Publisher& publisher) {
+int run(auto&& relay, const Publisher& publisher) {
   for (const std::string& endpoint : publisher.endpoints()) spdlog::info("listening at {}", endpoint);
   runRelay(relay);
   return EX_OK;

@@ -20,8 +20,6 @@ class Publisher {
   static tl::expected<std::unique_ptr<Publisher>, tractiond::Error> open(const std::vector<std::string>& endpoints);
   /// Sends what waits within 0.1 s, closes the socket and removes its file.
   ~Publisher();
-  Publisher(const Publisher&) = delete;
-  Publisher& operator=(const Publisher&) = delete;
 
   /// Sends a message on the topic of the sensor, or the hand, in its header. Does not wait: a slow subscriber loses it.
   void send(const v1::Contacts& contacts);

@@ -73,8 +73,7 @@ class Relay {
 inline constexpr std::int64_t kTurn_ns = 100'000'000;  ///< longest time between two turns of the service
 
 /// Runs a relay, of one sensor or of a hand, until a signal comes. Requires tractiond::catchSignals().
-template <typename AnyRelay>
-void runRelay(AnyRelay& relay) {
+void runRelay(auto& relay) {
   const tractiond::ServiceHooks hooks{
       .loops = {}, .ended = [] { return false; }, .statusLine = [&] { return relay.statusLine(); }};
   tractiond::ServiceLoop loop(hooks);

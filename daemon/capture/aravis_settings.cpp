@@ -206,8 +206,7 @@ class Setter {
 
   /// Calls `use` with each trigger selected in turn, with its name, or once with an empty name if triggers have none.
   /// The one that was selected is put back.
-  template <class Use>
-  void forEachTrigger(Use use) {
+  void forEachTrigger(auto use) {
     const std::string selected = readFeature(device_, "TriggerSelector");
     if (selected.empty()) return use(std::string());
     const auto select = [&](const std::string& trigger) {

@@ -287,9 +287,9 @@ Judgement FrameGate::acceptCandidate(const Arrival& arrival) {
 
 void count(const Judgement& judgement, Ledger& ledger) {
   ledger.received.add();
+  ledger.missing.add(judgement.missing);  // 0 of those that are refused
   switch (judgement.verdict) {
   case Verdict::kNew:
-    ledger.missing.add(judgement.missing);
     if (judgement.doubted) ledger.doubted.add();
     break;
   case Verdict::kIncomplete:
@@ -308,7 +308,6 @@ void count(const Judgement& judgement, Ledger& ledger) {
     ledger.implausible.add();
     break;
   case Verdict::kRepeated:
-    ledger.missing.add(judgement.missing);
     ledger.repeated.add();
     break;
   }

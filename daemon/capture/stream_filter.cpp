@@ -27,8 +27,7 @@ class Program {
   void refuse() { add(BPF_RET | BPF_K, 0); }
 
   /// Runs `body`, which must end with take() or refuse(), if the test of what was loaded holds.
-  template <class Body>
-  void when(unsigned test, std::uint32_t value, Body body) {
+  void when(unsigned test, std::uint32_t value, auto body) {
     const std::size_t at = code_.size();
     add(BPF_JMP | test | BPF_K, value);
     body();

@@ -54,8 +54,7 @@ void set(const std::vector<std::uint8_t>& from, std::string& to) {
 }
 
 /// A vector's or a matrix's numbers as they are in memory.
-template <typename Numbers>
-void set(const Numbers& from, google::protobuf::RepeatedField<float>& to) {
+void set(const auto& from, google::protobuf::RepeatedField<float>& to) {
   to.Resize(static_cast<int>(from.size()), 0.0F);
   std::transform(from.data(), from.data() + from.size(), to.begin(),
                  [](auto number) { return static_cast<float>(number); });
@@ -102,8 +101,7 @@ void set(const sensor::Body& from, pb::Body& to) {
 
 /// The block of a wrench's covariances that begins at (row, column).
 /// \param of a field or a contact
-template <typename Wrench>
-void set(const Wrench& of, int row, int column, pb::Covariance& to) {
+void set(const auto& of, int row, int column, pb::Covariance& to) {
   to.clear_noise();
   to.clear_systematic();
   for (int i = row; i < row + 3; ++i) {
