@@ -17,19 +17,26 @@ constexpr std::uint64_t kLongest = kLargestChunk + (1 << 20);
 /// Largest summary that is read into memory: that of some days.
 constexpr std::uint64_t kLongestSummary = 1 << 28;
 
+constexpr const char* kFull = "the recording declares more than 16 MiB of topics and schemas";
+
 bool isDeclaration(Opcode opcode) {
   return opcode == Opcode::kSchema || opcode == Opcode::kChannel;
 }
 
-/// Parses and adds a schema or a channel. A second declaration of an id is ignored. Returns false if it is invalid.
+/// Parses and adds a schema or a channel. A second declaration of an id is ignored. Returns false if it is invalid, or
+/// too much is declared.
 bool add(Declared& to, Opcode opcode, std::string_view content) {
+  to.isFull = to.isFull || to.bytes + content.size() > kMostDeclared;
+  if (to.isFull) return false;
   if (opcode == Opcode::kSchema) {
     const auto schema = schemaOf(content);
-    if (schema && schema->id != 0) to.schemas.try_emplace(schema->id, *schema);  // 0 means none
+    const bool isNew = schema && schema->id != 0 && to.schemas.try_emplace(schema->id, *schema).second;  // 0 means none
+    to.bytes += isNew ? content.size() : 0;
     return schema.has_value();
   }
   const auto channel = channelOf(content);
-  if (channel) to.channels.try_emplace(channel->id, *channel);
+  const bool isNew = channel && to.channels.try_emplace(channel->id, *channel).second;
+  to.bytes += isNew ? content.size() : 0;
   return channel.has_value();
 }
 
@@ -140,6 +147,7 @@ class Scan {
       isGood = add(declared_, opcode, bytes_);
     }
     if (!isGood) extent_.trouble = "the record" + atByte(at) + " is damaged";
+    if (!isGood && declared_.isFull) extent_.trouble += std::string(", or ") + kFull;
   }
 
   /// Visits a message of a declared channel.
@@ -166,7 +174,7 @@ class Scan {
       records = unpacked_;
     }
     if (records.size() != chunk->size || (chunk->crc != 0 && crcOf(records) != chunk->crc) || !isWhole(records)) {
-      return skipChunk(at, "it is damaged");
+      return skipChunk(at, declared_.isFull ? kFull : "it is damaged");
     }
     ++extent_.chunks;
     each(records, [this](Opcode opcode, std::string_view content) {

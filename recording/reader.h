@@ -23,10 +23,15 @@ struct Extent {
   bool isWhole() const { return trouble.empty(); }  ///< Returns whether nothing is wrong.
 };
 
+/// Most that the declarations of a recording may have [bytes]; further ones are taken for damage.
+inline constexpr std::uint64_t kMostDeclared = 16 << 20;
+
 /// What a recording declares, or its summary section alone.
 struct Declared {
   std::map<std::uint16_t, Schema> schemas;    ///< by id
   std::map<std::uint16_t, Channel> channels;  ///< by id
+  std::uint64_t bytes = 0;                    ///< of their records; at most kMostDeclared
+  bool isFull = false;                        ///< there were more
 };
 
 /// A recording opened for reading. Thread-bound. Bytes that are appended after open() are not read.

@@ -80,6 +80,8 @@ class Illustrated {
                      const std::map<std::string, std::string>& metadata) {
     const auto known = channels_.find(topic);
     if (known != channels_.end()) return known->second;
+    constexpr std::size_t kMost = 10'000;  // a drawing of each is kept
+    if (channels_.size() == kMost) throw Failure(EX_DATAERR, path_ + " would have more than 10,000 topics");
     std::uint16_t& type = schemas_[schema == nullptr ? std::string() : schema->name];
     if (schema != nullptr && type == 0) type = writer_.schema(schema->name, schema->encoding, schema->data);
     return channels_[topic] = writer_.channel(type, topic, encoding, metadata);

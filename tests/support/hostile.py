@@ -1,0 +1,71 @@
+"""Recordings that make their reader hold much: small files, as anybody may send."""
+
+import ctypes
+import ctypes.util
+import struct
+
+from traction.wire import message
+
+MAGIC = b"\x89MCAP0\r\n"
+BOOT = bytes(range(16))
+
+
+def text(value):
+    return struct.pack("<I", len(value)) + value
+
+
+def record(operation, content):
+    return struct.pack("<BQ", operation, len(content)) + content
+
+
+def schema(number, name=b"traction.v1.Field", data=b""):
+    return record(3, struct.pack("<H", number) + text(name) + text(b"protobuf") + text(data))
+
+
+def channel(number, topic, metadata=b"", of=1):
+    return record(4, struct.pack("<HH", number, of) + text(topic) + text(b"protobuf") + text(metadata))
+
+
+def message_record(number, at, payload):
+    time_ns = 10**18 + at * 16_666_667
+    return record(5, struct.pack("<HIQQ", number, at, time_ns, time_ns) + payload)
+
+
+def packed(records):
+    """A chunk, compressed as far as that goes."""
+    library = ctypes.CDLL(ctypes.util.find_library("zstd"))
+    library.ZSTD_compressBound.restype = library.ZSTD_compress.restype = ctypes.c_size_t
+    out = ctypes.create_string_buffer(library.ZSTD_compressBound(ctypes.c_size_t(len(records))))
+    size = library.ZSTD_compress(out, ctypes.c_size_t(len(out)), records, ctypes.c_size_t(len(records)), 9)
+    return record(6, struct.pack("<QQQI", 0, 2**63, len(records), 0) + text(b"zstd") + struct.pack("<Q", size) + out.raw[:size])
+
+
+def payload(kind, sensor, **values):
+    made = message(kind)(**values)
+    made.header.sensor, made.header.boot, made.header.sequence = sensor, BOOT, 1
+    return made.SerializeToString()
+
+
+def field(at, sensor="gel"):
+    return payload("Field", sensor, timestamp=1.0 + at, valid=True)
+
+
+def recordings():
+    """Yields name and content of each."""
+    def whole(*parts):
+        return MAGIC + record(1, text(b"") + text(b"")) + b"".join(parts) + record(15, bytes(4)) + record(2, bytes(20)) + MAGIC
+
+    base = schema(1) + channel(1, b"traction/v1/gel/field/")
+    some = b"".join(message_record(1, at, field(at)) for at in range(20))
+    yield "many bombs", whole(base, some, *(packed(record(200, bytes(60 << 20))) for _ in range(20)))
+    yield "schemas of 60 MiB", whole(base, some, *(packed(schema(2 + n, data=bytes(60 << 20))) for n in range(30)))
+    yield "65,000 topics of 40 kB", whole(base, some, *(packed(b"".join(
+        channel(2 + 1300 * n + k, b"traction/v1/%d/field/" % (1300 * n + k), bytes(44 << 10)) for k in range(1300))) for n in range(50)))
+    yield "messages of 60 MiB", whole(base, some, *(packed(message_record(1, n, field(n) + b"\xfa\x3f\x80\x80\x80\x1c" + bytes(56 << 20))) for n in range(30)))
+    yield "200,000 sensors", whole(base, *(packed(b"".join(
+        message_record(1, n, payload("Field", f"{n}-{k}" + 250 * "x", timestamp=1.0)) for k in range(10_000))) for n in range(20)))
+    description = channel(3, b"traction/v1/gel/description/")
+    yield "descriptions of 10 MB", whole(base, description, some, *(packed(b"".join(channel(10 + n, b"traction/v1/%d/description/" % n) + message_record(
+        10 + n, n, payload("Description", str(n), body={"node_positions_m": [struct.pack("<f", 1e-3) * 3_000_000]})) for n in (m,))) for m in range(60)))
+    surfaces = {"surfaces": [{"centre_m": {"x": 0.0, "y": 0.0}, "index": 1.4}] * 200_000}
+    yield "200,000 surfaces", whole(base, description, packed(message_record(3, 0, payload("Description", "gel", camera=surfaces))), some)
