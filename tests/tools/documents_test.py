@@ -28,6 +28,9 @@ class Links(unittest.TestCase):
                     if anchor:
                         self.assertIn(anchor, anchors(target))
 
+    def test_of_what_is_in_force_reach_every_record(self):
+        records = {path.name for path in (SOURCE / "docs/decisions").glob("[0-9]*.md")}
+        self.assertEqual(set(re.findall(r"\((\d+-[^)]+)\)", (SOURCE / "docs/decisions/in-force.md").read_text())), records)
 
 
 if __name__ == "__main__":
