@@ -102,7 +102,7 @@ def answers(report, quick):
         {MOST_SHIFT:.1f} mm (100 mm/s at 60 frames/s); another contact comes or leaves; or all is another load.
         Covered: the truth lies in the stated 95 % interval, all six components. Error / limit: 95th percentile of the
         error of the force over the larger of 1 gf and 1.5 % of the load. Far: distance of the two in deviations that the full
-        solve states, median and 95th percentile of all components. The same loads again by `tools/evaluate {report.again}`.""",
+        solve states, median and 95th percentile of all components.""",
     )
     with ThreadPoolExecutor(2) as pool:
         seen = Compared(list(pool.map(lambda thickness: series(report, quick, thickness), THICKNESSES)))
@@ -150,7 +150,3 @@ def rows(report, seen, stays):
             "92 - 98 %",
             share,
         )
-    far = np.quantile(seen.far[stays & seen.answered & seen.had_model], 0.95)
-    report.row(
-        "distance of answers from full solves, held, scaled or moved, 95th percentile", f"{far:.2f} deviations", "<= 1", far
-    )

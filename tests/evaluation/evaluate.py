@@ -53,17 +53,27 @@ ORDER = list(EXPERIMENTS)
 
 SLOW = {"separation", "bias", "coverage", "wrench", "shapes", "answers", "slip", "points", "grasp", "strokes", "bodies"}  # not in --quick, but by name: nothing is judged there
 
-HEAD = """# Accuracy
+# Paths on which the figures of an experiment depend, besides its own module; DAEMON where it is not listed.
+DAEMON = ["daemon/solve", "daemon/track", "sensor", "twin", "tests/evaluation/chain.cpp", "tests/evaluation/chain.py"]
+OWN = {
+    "mechanics": ["sensor/elastic"],
+    "grasp": ["client/examples/gripper", "touch", "twin", "tests/evaluation/grasp.cpp"],
+    "strokes": ["client/input/strokes", "tests/evaluation/strokes.cpp"],
+    "calibration": ["daemon/calibrate", "sensor", "tests/evaluation/calibrate.cpp"],
+    "centres": ["daemon/track", "twin", "tests/evaluation/parts.cpp"],
+    "markers": ["daemon/track", "twin", "tests/evaluation/markers.cpp"],
+    "slip": [*DAEMON, "touch", "tests/evaluation/slides.py", "tests/evaluation/slip_sequences.py"],
+    "shapes": [*DAEMON, "tests/evaluation/limits.py"],
+    "bodies": [*DAEMON, "gel", "tests/evaluation/fingertip.py"],
+    "creep": [*DAEMON, "daemon/calibrate"],
+    "heat": [*DAEMON, "daemon/calibrate"],
+    "surface": [*DAEMON, "client/viewer/page/src/round.js", "tests/evaluation/surface.mjs"],
+    "large_strain": [*DAEMON, "tests/evaluation/indentation.py"],
+}
 
-What tractiond measures when the truth is known: marker displacements from CalculiX, an independent finite-element
-program, drawn into camera pictures with the default optics (contrast 100, blur 0.8 px, cross-talk 20 %, noise 2
-levels), through the whole chain. E = 0.18 MPa, Poisson's ratio 0.49, a block of 100 x 100 x 40 mm unless something else
-is said; 1 gf = 9.80665 mN. The paper is Kamiyama et al. 2005. This page is written by
 
-    tools/evaluate
-
-and the truth in `tests/evaluation/data` by `tools/evaluate --truth`. Errors are root mean squares over trials.
-"""
+def sources(name):
+    return [f"tests/evaluation/{EXPERIMENTS[name].__module__}.py", *OWN.get(name, DAEMON)]
 
 
 def main():
@@ -73,21 +83,26 @@ def main():
     parser.add_argument(
         "--only", nargs="*", choices=ORDER, default=ORDER, help="anew; the page keeps its other sections"
     )
+    parser.add_argument("--stale", action="store_true", help="those whose sources have changed since the commit that the page names")
     parser.add_argument("--seed", type=int, default=seed.fresh(), help="of the loads drawn at random")
     arguments = parser.parse_args()
     missed, failed, sections = [], False, {}
+    if arguments.stale:
+        old = report.stale()
+        arguments.only = [name for name in arguments.only if name in old]
+        print("Stale:", ", ".join(arguments.only) or "none", flush=True)
     for name in arguments.only:
         if arguments.quick and arguments.only == ORDER and name in SLOW:
             continue
         begin = time.monotonic()
-        page = report.Report(name, arguments.quick, arguments.seed)
+        page = report.Report(name, arguments.quick, arguments.seed, sources(name))
         EXPERIMENTS[name](page, arguments.quick)
         print(f"({time.monotonic() - begin:.0f} s)", flush=True)
         missed += page.missed
         failed |= page.failed
         sections[name] = page.finish()
     if not arguments.quick:
-        report.rewrite_page(HEAD, ORDER, sections)
+        report.rewrite_page(ORDER, sections)
     if missed:
         print("\nMissed:", "; ".join(missed))
     return int(arguments.quick and failed)

@@ -82,11 +82,10 @@ def rows(report, grasps, where):
 def grasp(report, quick):
     report.section(
         "Grasps",
-        f"""
+        """
         Things of 30 to 80 g with friction 0.2 to 1, balls and faces with rounded edges, that break at 3 to 5 times the
         least force that holds them; jerks of the hand of up to 3 m/s^2 and bumps as strong. `client/examples/gripper`
-        knows nothing of them but the jerk. Without pictures the forces have the noise that those of pictures have. The
-        same again by `tools/evaluate {report.again}`.""",
+        knows nothing of them but the jerk. Without pictures the forces have the noise that those of pictures have.""",
     )
     said = chain.call("grasp", 50 if quick else 1000, report.seed % 2**31)
     rows(report, [json.loads(line) for line in said.splitlines()], "without pictures")

@@ -14,14 +14,14 @@ MOST = {"dust": "<= 1.5"}
 def markers(report, quick):
     report.section(
         "Dots of any make",
-        f"""
+        """
         Pictures of one grey layer of 24 x 24 dots, each drawn from its family: diameters of 4 to 10 px, brighter or darker
         than the gel, contrasts of 40 to 100 levels, blur of 0.5 to 1.3 px, noise of 1 to 3. Each family adds one
         difficulty: diameters or contrasts that scatter by up to 20 %, discs that are elongated by up to 30 % in the
         corners, light that differs by up to 60 %, 20 to 300 specks of dust, three reflections, up to 10 % of the dots
         missing or touching a neighbour. The last one has all of them at 40 % of that. Under load the gel is pushed aside
         by up to 10 px. The bound is that of Cramer and Rao for the whole picture, dirt included. Of the shares the worst
-        trial is printed, of the errors the largest (seed {report.seed}).""",
+        trial is printed, of the errors the largest.""",
     )
     families = collections.defaultdict(list)
     for line in chain.call("markers", "--seed", report.seed, "--trials", 3 if quick else 20).splitlines():

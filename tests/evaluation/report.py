@@ -1,7 +1,9 @@
 """What the evaluation prints, and docs/accuracy.md: each figure beside its target, each picture beside the paper's."""
 
+import datetime
 import pathlib
 import re
+import subprocess
 
 import numpy as np
 from target import bounds
@@ -15,14 +17,27 @@ def rms(values, axis=None):
     return np.sqrt(np.mean(np.square(values), axis=axis))
 
 
-def rewrite_page(head, order, anew):
-    """`anew`: text by experiment; the page keeps its others, in this order."""
-    texts = {}
-    for part in re.split(r"\n(?=## )", PAGE.read_text())[1:]:
-        name = re.search(r"--only (\w+)", part).group(1)
-        texts[name] = texts.get(name, "") + "\n" + part
+def git(*arguments):
+    return subprocess.run(["git", "-C", SOURCE, *arguments], capture_output=True, text=True)
+
+
+def rewrite_page(order, anew):
+    """`anew`: text by experiment; the page keeps its others, in this order, and what people write at its head."""
+    head, texts = [], {}
+    for part in re.split(r"\n(?=## )", PAGE.read_text()):
+        name = re.search(r"^`tools/evaluate --only (\w+)", part, re.M)
+        if name:
+            texts[name[1]] = texts.get(name[1], "") + "\n" + part
+        else:
+            head.append(part.rstrip("\n") + "\n\n")
     texts.update(anew)
-    PAGE.write_text("\n".join([head, *(texts[name].rstrip("\n") + "\n" for name in order if name in texts)]))
+    PAGE.write_text("\n".join(["\n".join(head).rstrip("\n") + "\n", *(texts[name].rstrip("\n") + "\n" for name in order if name in texts)]))
+
+
+def stale():
+    """Returns the experiments of which a source that their section lists has changed since their commit, or that name none."""
+    lines = re.findall(r"^`tools/evaluate --only (\w+).*?`: commit (\w+).*; sources (.*)$", PAGE.read_text(), re.M)
+    return {name for name, commit, sources in lines if git("diff", "--quiet", commit, "--", *re.findall(r"`(.+?)`", sources)).returncode}
 
 
 def shrink(path):
@@ -37,19 +52,23 @@ def shrink(path):
 class Report:
     """Of one experiment."""
 
-    def __init__(self, experiment, quick, seed):
+    def __init__(self, experiment, quick, seed, sources):
+        """`sources`: paths in the tree on which the figures depend"""
         self.experiment, self.write = experiment, not quick  # write: figures, and text for the page
         self.seed = seed  # of what is drawn anew each time
         self.again = f"{'--quick ' * quick}--only {experiment} --seed {seed}"  # arguments that draw the same loads
+        self.sources = sources
         self.text, self.rows = [], []
         self.missed, self.failed = [], False
 
     def section(self, title, text=""):
         print(f"\n{title}", flush=True)
-        if self.again in text:
-            print(f"seed {self.seed}: the same again by tools/evaluate {self.again}", flush=True)
+        print(f"seed {self.seed}: the same again by tools/evaluate {self.again}", flush=True)
         self._end_table()
-        self.text.append(f"\n## {title}\n\n`tools/evaluate --only {self.experiment}`\n")
+        changed = git("diff", "--quiet", "HEAD", "--", *self.sources).returncode
+        commit = git("rev-parse", "--short=8", "HEAD").stdout.strip() + " with changes" * bool(changed)
+        listed = ", ".join(f"`{path}`" for path in self.sources)
+        self.text.append(f"\n## {title}\n\n`tools/evaluate {self.again}`: commit {commit}, seed {self.seed}, {datetime.date.today()}; sources {listed}\n")
         if text:
             self.text.append(" ".join(text.split()) + "\n")
 

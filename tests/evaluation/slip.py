@@ -37,7 +37,7 @@ class Series:
 def slip(report, quick):
     report.section(
         "Friction before a ball slips",
-        f"""
+        """
         A ball is pressed and pulled sideways, by CalculiX's contact with friction (coefficients 0.3, 0.5, 0.8): contacts
         of 4 to 7 mm radius, 2 to 8 N, any place and direction; frames that are answered by the model of the frame
         before. Share: of the shear at which the ball slips. "Pictures": shear that grows by 3 N/s until the ball slips, 5 to
@@ -47,8 +47,7 @@ def slip(report, quick):
         two to and fro, 2 to 6 N, single frames; the bound at any torque, and the friction that a slide shows in the
         moments in which all slips. Slides: these and a punch that is pulled alone (0.5), through the moments of CalculiX
         in half a second until all slips, and on at 2 to 10 mm/s, 60 frames/s; their motion is seen in the pictures, by
-        traction-touch.
-        The same loads again by `tools/evaluate {report.again}`.""",
+        traction-touch.""",
     )
     generator = np.random.default_rng([report.seed, 5])
     drawn = Series(40 if quick else 400, generator)

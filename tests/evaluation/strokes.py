@@ -14,8 +14,7 @@ def strokes(report, quick):
         f"""
         Strokes of 6 to 25 mm, 30 to 120 mm/s at 60 frames/s, with tremor (8 to 12 Hz), other slant, turn, aspect, ends and shape
         each time, by {writers} writers each of whom has own shapes, slant and aspect throughout. Own: by three strokes of each symbol that the writer
-        recorded; foreign: by the shipped alphabet. A doubtful stroke writes nothing, and counts as not read. The same strokes again by
-        `tools/evaluate {report.again}`.""",
+        recorded; foreign: by the shipped alphabet. A doubtful stroke writes nothing, and counts as not read.""",
     )
     for line in chain.call("strokes", ALPHABET, writers, each, report.seed).splitlines():
         mode, templates, *counts = line.split()

@@ -25,8 +25,6 @@ layer_depth_mm = 0
 """
 ZONES = ["inside", "rim", "corner", "beyond", "palm"]
 PALM_LIMIT = {15: 0.06, 25: 0.06, 40: 0.03}
-# Median widths of the force's interval that version 0.1 states in ball_widths() [gf], of four seeds.
-WIDTH_OF_0_1 = (1.6, 1.6, 4.9)
 OF_A_CAMERA = 20  # loads that share one
 OF_A_ZERO = 20  # loads; a zero takes as long as ten frames
 
@@ -127,7 +125,7 @@ def block(report, quick, thickness):
 def unseen(report, quick):
     report.section(
         "Loads nobody has tuned with",
-        f"""
+        """
         Shapes, places, forces and mixtures of normal, shear and torsion drawn at random: balls, discs (even,
         domed, hollowed), rings, bars, L, stars, rough patches, two to four of them at once, 3 to 750 gf (at
         most a mean pressure of 2 E); the same with up to half of the force beyond the outermost nodes; palms
@@ -136,8 +134,7 @@ def unseen(report, quick):
         Truth: CalculiX's influence of surface points (decision 0014). Coverage as in the section on what the
         stated uncertainty covers, with all hidden numbers drawn anew for each load; rim: within a pitch of the
         outermost nodes. Nothing of the solver has been set by these loads: they are another set in each run,
-        and what is MISSED is what the solver does not do yet. No figure depends on how busy the machine is.
-        The same loads again by `tools/evaluate {report.again}`.""",
+        and what is MISSED is what the solver does not do yet. No figure depends on how busy the machine is.""",
     )
     thicknesses = (15, 40) if quick else influence.THICKNESSES
     with ThreadPoolExecutor(2) as pool:
@@ -146,7 +143,6 @@ def unseen(report, quick):
     for drawn, straight, _ in blocks:
         accuracy(report, drawn, straight)
     honesty(report, blocks)
-    ball_widths(report, quick)
     families(report, blocks)
     worst(report, blocks)
     limits.limits(report, quick, thicknesses)
@@ -242,24 +238,6 @@ def honesty(report, blocks):
     shares = {one: covered[family == one].mean() for one in shapes.FAMILIES}
     least = min(shares, key=shares.get)
     report.row(f"    worst family, all components: {least}", f"{100 * shares[least]:.1f} %", ">= 90 %", shares[least])
-
-
-def ball_widths(report, quick):
-    """Evenly over the logarithm of the force, as the median is of wide intervals and narrow ones."""
-    generator, count = np.random.default_rng([report.seed, 2]), 40 if quick else 400
-    forces = 5 * 80 ** ((np.arange(count) + generator.uniform(0, 1, count)) / count) * GF
-    balls = [shapes.single("ball", generator, force=force, mixture="friction") for force in forces]
-    moved = np.array([shapes.displacements(40, ball.points, ball.forces) for ball in balls])
-    found = chain.run(moved, gel=chain.gel_text(40), zero_every=OF_A_ZERO, seed=report.seed)
-    wrench = np.array([ball.resultant for ball in balls])
-    width = 2 * 1.96 * np.median(Measured(found, wrench, 1).deviation[:, 0, :3], axis=0) / GF
-    report.row(
-        f"40 mm, {count} balls of 5 to 400 gf: median width of the stated 95 % interval, Fx, Fy, Fz",
-        ", ".join(f"{one:.1f}" for one in width) + " gf",
-        "<= 0.85 x 0.1's",
-        max(width / WIDTH_OF_0_1),
-        paper="{} (version 0.1)".format(", ".join(map(str, WIDTH_OF_0_1))),
-    )
 
 
 def families(report, blocks):
