@@ -58,17 +58,18 @@ std::string atByte(std::uint64_t offset) {
 /// One pass over a recording.
 class Scan {
  public:
-  Scan(const Reader& reader, const Reader::Visit& visit)
+  Scan(const Reader& reader, const Reader::Visit& visit, const std::stop_token& stop)
       : reader_(reader)
       , file_(reader.file())
-      , visit_(visit) {}
+      , visit_(visit)
+      , stop_(stop) {}
 
   /// Reads the recording.
   /// \param since_ns skips chunks that end before, if the summary supplies what they declare
   tl::expected<Extent, Error> run(std::uint64_t since_ns) {
     if (since_ns > 0 && takeSummary()) since_ns_ = since_ns;
     if (failure_) return tl::unexpected(*failure_);
-    for (extent_.whole_bytes = kMagic.size(); extent_.trouble.empty() && !extent_.closed;) {
+    for (extent_.whole_bytes = kMagic.size(); extent_.trouble.empty() && !extent_.closed && !stop_.stop_requested();) {
       if (auto taken = takeRecord(extent_.whole_bytes); !taken) return tl::unexpected(taken.error());
       if (failure_) return tl::unexpected(*failure_);
     }
@@ -152,6 +153,7 @@ class Scan {
 
   /// Visits a message of a declared channel.
   void pass(const Message& message) {
+    if (stop_.stop_requested()) return;
     ++extent_.messages;
     const Channel& channel = declared_.channels.at(message.channel);
     auto schema = declared_.schemas.find(channel.schema);
@@ -250,6 +252,7 @@ class Scan {
   const Reader& reader_;
   const OldFile& file_;
   const Reader::Visit& visit_;
+  const std::stop_token& stop_;
   std::uint64_t since_ns_ = 0;
   Extent extent_;
   std::string firstBad_;
@@ -283,8 +286,9 @@ tl::expected<Reader, Error> Reader::open(const std::filesystem::path& path) {
   return Reader(*std::move(file));
 }
 
-tl::expected<Extent, Error> Reader::read(const Visit& visit, std::uint64_t since_ns) const {
-  return Scan(*this, visit).run(since_ns);
+tl::expected<Extent, Error> Reader::read(const Visit& visit, std::uint64_t since_ns,
+                                         const std::stop_token& stop) const {
+  return Scan(*this, visit, stop).run(since_ns);
 }
 
 tl::expected<std::optional<Declared>, Error> Reader::summary() const {

@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <optional>
+#include <stop_token>
 #include <string>
 
 namespace recording {
@@ -54,7 +55,9 @@ class Reader {
   /// for the disk. Error: EX_IOERR.
   /// \param since_ns skips chunks whose last log time is earlier [ns since 1970], if the recording has a summary, and
   /// does not count them; earlier messages of other chunks are visited. 0: skips none
-  tl::expected<Extent, Error> read(const Visit& visit, std::uint64_t since_ns = 0) const;
+  /// \param stop is looked at before each record and message; the extent is then what was read before
+  tl::expected<Extent, Error> read(const Visit& visit, std::uint64_t since_ns = 0,
+                                   const std::stop_token& stop = {}) const;
 
   /// Reads what the summary declares, without the messages. Returns nothing, without an error, if the recording was not
   /// closed, has no summary, or that is damaged or larger than 256 MiB. Error: EX_IOERR.

@@ -9,11 +9,10 @@
 namespace traction::client {
 
 /// Reads a recording once, for who sent what. What is wrong with the file says the reading that follows.
-/// \param atEach is called with each message, and may throw
-inline Sources sourcesOf(const recording::Reader& reader, const auto& atEach) {
+inline Sources sourcesOf(const recording::Reader& reader, const std::stop_token& stop = {}) {
   Sources sources;
-  (void)reader.read([&](const recording::Channel& channel, const recording::Schema*, const recording::Message& record) {
-    atEach();
+  const auto visit = [&](const recording::Channel& channel, const recording::Schema*,
+                         const recording::Message& record) {
     const std::string_view topic = channel.topic;
     if (!topic.ends_with("/field/") && !topic.ends_with("/status/") && !topic.ends_with("/contacts/")) return;
     try {
@@ -21,11 +20,9 @@ inline Sources sourcesOf(const recording::Reader& reader, const auto& atEach) {
         sources.take(*message, static_cast<std::int64_t>(record.logTime_ns));
     } catch (const Error&) {  // the reading that follows says so
     }
-  });
+  };
+  (void)reader.read(visit, 0, stop);
   return sources;
-}
-inline Sources sourcesOf(const recording::Reader& reader) {
-  return sourcesOf(reader, [] {});
 }
 
 /// Returns whether a message is of a source that is second under its name.

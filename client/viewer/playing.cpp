@@ -83,20 +83,23 @@ bool Playing::isPlayed(const recording::Channel& channel, const recording::Messa
 
 /// Reads the whole recording: its sensor, its extent, its descriptions.
 void Playing::survey(const std::stop_token& stop) {
-  sources_ = client::sourcesOf(reader_, [&] {
-    if (stop.stop_requested()) throw Interrupted();
-  });
-  const auto extent =
-      reader_.read([&](const recording::Channel& channel, const recording::Schema*, const recording::Message& message) {
-        if (stop.stop_requested()) throw Interrupted();
+  constexpr std::size_t kMostDescribed = 64 << 20;
+  sources_ = client::sourcesOf(reader_, stop);
+  std::size_t described = 0;
+  const auto extent = reader_.read(
+      [&](const recording::Channel& channel, const recording::Schema*, const recording::Message& message) {
         if (prefix_.empty()) prefix_ = prefixOf(channel.topic);
         if (!isPlayed(channel, message)) return;
         if (begin_ns_ == 0) begin_ns_ = message.logTime_ns;
         end_ns_ = std::max(end_ns_, message.logTime_ns);
-        if (channel.topic == prefix_ + "description/") descriptions_[message.logTime_ns] = message.data;
-      });
+        if (channel.topic != prefix_ + "description/") return;
+        if ((described += message.data.size()) <= kMostDescribed) descriptions_[message.logTime_ns] = message.data;
+      },
+      0, stop);
+  if (stop.stop_requested()) throw Interrupted();
   trouble_ = extent ? extent->trouble : extent.error().message();
   if (trouble_.empty()) trouble_ = sources_.trouble();
+  if (trouble_.empty() && described > kMostDescribed) trouble_ = "it has more than 64 MiB of descriptions";
   if (prefix_.empty() && trouble_.empty()) trouble_ = "it has no messages of a sensor";
 }
 
@@ -133,7 +136,7 @@ void Playing::show(const std::stop_token& stop, const Request& request) {
         reported = Clock::now();
         reportTime(1e-9 * static_cast<double>(message.logTime_ns - begin_ns_), request.speed);
       },
-      from_ns - std::min(from_ns, kBefore_ns));
+      from_ns - std::min(from_ns, kBefore_ns), stop);
   if (!hasArrived) arrive();
   if (!extent) trouble_ = extent.error().message();
   reportTime(length_s, 0.0);

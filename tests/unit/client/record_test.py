@@ -16,6 +16,7 @@ import numpy as np
 import seed
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "client/python"))
+import hostile  # noqa: E402
 import traction  # noqa: E402
 from ctl import OUTPUT, PROGRAM, USAGE, Case, ctl  # noqa: E402
 from deadline import HUNG_S  # noqa: E402
@@ -281,6 +282,24 @@ class Record(Case):
                 told += 1
         self.assertGreater(told, count / 2)
         print(f"  {count} damaged recordings in Python: {told} times Malformed, {silent} read to their end; right: nothing else", end=" ")
+
+    def test_small_files_that_unpack_to_much_take_little_memory(self):
+        most_kb, slowest_s = 0, 0.0
+        for name, content in hostile.recordings():
+            path = self.folder / "hostile.mcap"
+            path.write_bytes(content)
+            for words in (("info", path), ("export", path, self.folder / "out.csv"), ("export", path, self.folder / "out.mcap"),
+                          ("recover", path, self.folder / "whole.mcap")):
+                begin = time.monotonic()
+                child = self.start(*words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                _, status, used = os.wait4(child.pid, 0)
+                child.returncode = os.waitstatus_to_exitcode(status)
+                self.assertIn(child.returncode, (0, USAGE, DATA), (name, words[0]))
+                self.assertLess(used.ru_maxrss, 512 << 10, (name, words[0]))
+                most_kb, slowest_s = max(most_kb, used.ru_maxrss), max(slowest_s, time.monotonic() - begin)
+                (self.folder / "whole.mcap").unlink(missing_ok=True)
+        print(f"\n  recordings of 2 to 650 kB that unpack to gigabytes: {most_kb >> 10} MiB, {slowest_s:.1f} s at most; "
+              "right: 512 MiB at most", end=" ")
 
     def test_wrong_words_and_places_are_told(self):
         path = self.record(size=50_000)
