@@ -1,6 +1,6 @@
+#include "base/printable.h"
 #include "client/doctor/checks.h"
 #include "client/show/json_writer.h"
-#include "base/printable.h"
 
 #include <algorithm>
 #include <array>

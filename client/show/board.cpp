@@ -1,10 +1,10 @@
 #include "client/show/board.h"
 
+#include "base/printable.h"
 #include "client/show/health.h"
 #include "client/show/page.h"
 #include "client/show/reflection.h"
 #include "client/show/status_text.h"
-#include "base/printable.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,9 +1,9 @@
 #include "client/show/status_text.h"
 
+#include "base/printable.h"
 #include "client/show/health.h"
 #include "client/show/json.h"
 #include "client/show/reflection.h"
-#include "base/printable.h"
 
 #include <algorithm>
 #include <array>

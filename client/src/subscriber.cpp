@@ -1,12 +1,12 @@
 #include "traction/subscriber.h"
 
 #include "base/clock.h"
+#include "base/printable.h"
 #include "client/src/deadline.h"
 #include "client/src/decode.h"
 #include "client/src/handshake.h"
 #include "client/src/locate.h"
 #include "client/src/paired_contacts.h"
-#include "base/printable.h"
 #include "client/src/sources.h"
 
 #include <zmq.hpp>

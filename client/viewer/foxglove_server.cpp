@@ -47,8 +47,10 @@ std::optional<Response> FoxgloveServer::handle(const Request& request, const std
   const std::string origin(headerOf(request, http::field::origin));
   if (!foxglove::isAllowedOrigin(origin, options_.origins)) {
     const std::string shown = origin.substr(0, 200);
-    printRefusal("refused a Foxglove connection by a page of the origin '" + shown +
-                 "'; if it is a Foxglove or Lichtblick of your own, allow it with --foxglove-origin " + shown);
+    printRefusal("refused a Foxglove connection by a page of the origin '" + shown + "'" +
+                 (shown == "null"
+                      ? ""  // of any sandboxed page
+                      : "; if it is a Foxglove or Lichtblick of your own, allow it with --foxglove-origin " + shown));
     return refuse(http::status::forbidden,
                   "Pages of this origin are refused; traction-view --foxglove-origin ORIGIN allows one.");
   }

@@ -1,5 +1,6 @@
 #include "client/viewer/server.h"
 
+#include "base/printable.h"
 #include "client/files/failure.h"
 #include "client/show/json_writer.h"
 #include "client/show/receiver.h"
@@ -192,6 +193,7 @@ class Server {
     client::Json json;
     json.open('{').key("recordings").open('[');
     for (const RecordingFile& each : recordingsIn(options_.recordings)) {
+      if (printable(each.name) != each.name) continue;  // JSON is UTF-8
       json.open('{').key("name").string(each.name).key("bytes").number(each.bytes).close('}');
     }
     return json.close(']').close('}').take() + "\n";
