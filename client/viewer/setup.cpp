@@ -238,6 +238,7 @@ std::string Setup::whyStale(std::string_view step) const {
       return std::string(made->from) + " is not of this setup: " + before->again;
     if (std::string why = whyStale(before->step); !why.empty()) return why;
   }
+  if (!was.contains("from")) return "an earlier version kept this: " + std::string(made->again);
   if (was.value("from", Json()) != hashOf(made->from))
     return std::string(made->from) + " has changed since " +
            (made->file != nullptr ? made->file : "this was measured") + (made->file != nullptr ? " was made: " : ": ") +

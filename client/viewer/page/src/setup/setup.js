@@ -56,7 +56,7 @@ export class Setup {
     this.at = i;
     this.#mark();
     const why = kept[steps[i].name]?.map((name) => this.state.stale[name]?.why).find(Boolean);
-    if (why) this.box.append(make("p", {class: "fault", role: "status"}, `To be repeated: ${why}.`));
+    if (why) this.box.append(make("p", {class: "fault stale", role: "status"}, `To be repeated: ${why}.`));
     this.box.setAttribute("aria-labelledby", `step-${steps[i].name}`);
     const leave = steps[i].show(this.box, this);
     if (typeof leave === "function") this.#leave = leave;
@@ -114,6 +114,7 @@ export class Setup {
   took(step, result) {
     this.state.steps[step] = {...result, date: new Date().toISOString()};
     delete this.state.stale[step];
+    this.box.querySelector(".stale")?.remove();
     this.#mark();
     this.ask(null).then((state) => {
       this.state = state;
