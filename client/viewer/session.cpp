@@ -21,7 +21,7 @@ constexpr std::size_t kLongestMessage = 8192;
 /// Frames of a kind that may be on the way or wait in the browser.
 constexpr int kWindow = 2;
 /// Frames that may wait for a client that wants all: ten seconds of fields and markers at 60 frames/s.
-constexpr std::size_t kQueue = 1200;
+constexpr std::size_t kQueue = 1200, kQueue_bytes = 256 << 20;
 constexpr std::size_t kAnswers = 16;
 /// Highest speed of a recording, in multiples of its pace.
 constexpr double kFastest = 64.0;
@@ -118,7 +118,9 @@ void Session::offer(unsigned kind, const Frame& frame) {
     if (!place) order_.push_back(static_cast<unsigned>(std::countr_zero(kind)));
     place = frame;
   } else {
-    if (queue_.size() >= kQueue) queue_.pop_front();
+    queued_bytes_ += frame->size();
+    for (; !queue_.empty() && (queue_.size() >= kQueue || queued_bytes_ > kQueue_bytes); queue_.pop_front())
+      queued_bytes_ -= queue_.front()->size();
     queue_.push_back(frame);
   }
   pump();
@@ -141,6 +143,7 @@ Frame Session::next() {
     if (queue_.empty()) return frame;
     frame = queue_.front();
     queue_.pop_front();
+    queued_bytes_ -= frame->size();
     return frame;
   }
   const auto chosen = std::find_if(order_.begin(), order_.end(), [this](unsigned kind) {

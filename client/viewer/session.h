@@ -76,6 +76,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::array<Frame, kKindCount> newest_;
   std::deque<unsigned> order_;  ///< indices of the frames in newest_ that wait; the first waits longest
   std::deque<Frame> queue_;
+  std::size_t queued_bytes_ = 0;  ///< of queue_
   std::deque<Frame> answers_;
   Frame sending_;
   bool open_ = false, closed_ = false;
