@@ -35,8 +35,11 @@ std::vector<float> nodePlaces_px(const Description& description) {
   plain.gelIndex = plain.windowIndex = 1.0;
   plain.windowThickness = 0.0;
   const sensor::Projection straight(plain, thickness);
+  constexpr std::size_t kMostCrossings = 300'000;  // a tenth of a second; a description may come from anybody
+  const std::vector<Vector3> nodes = client::nodePositions_m(description);
+  if (nodes.size() * (1 + camera.surfaces.size()) > kMostCrossings) return {};
   std::vector<float> places;
-  for (const Vector3& node : client::nodePositions_m(description)) {
+  for (const Vector3& node : nodes) {
     const auto point = Eigen::Vector3d::Map(node.data());
     Eigen::Vector2d place = project(point);
     if (!place.allFinite()) place = straight(point);

@@ -4,7 +4,7 @@ import ctypes
 import ctypes.util
 import struct
 
-from traction.wire import message
+from traction.v1 import messages
 
 MAGIC = b"\x89MCAP0\r\n"
 BOOT = bytes(range(16))
@@ -41,13 +41,21 @@ def packed(records):
 
 
 def payload(kind, sensor, **values):
-    made = message(kind)(**values)
+    made = getattr(messages, kind)(**values)
     made.header.sensor, made.header.boot, made.header.sequence = sensor, BOOT, 1
     return made.SerializeToString()
 
 
 def field(at, sensor="gel"):
     return payload("Field", sensor, timestamp=1.0 + at, valid=True)
+
+
+def many_surfaces():
+    """A description that takes a drawer hours: each of its million nodes is seen through 200,000 surfaces."""
+    surface = {"centre_m": {"z": 0.05}, "index": 1.4}
+    return payload("Description", "gel", nodes={"columns": 1000, "rows": 1000, "pitch_m": 1e-4}, gel={"size_m": {"z": 0.02}},
+                   camera={"width_px": 640, "height_px": 480, "focal_px": 960, "aspect": 1, "position_m": {"z": 0.2}, "gel_index": 1.4,
+                           "surfaces": [surface] * 200_000})
 
 
 def recordings():
@@ -65,7 +73,8 @@ def recordings():
     yield "100,000 sensors", whole(base, *(packed(b"".join(
         message_record(1, n, payload("Field", f"{n}-{k}" + 250 * "x", timestamp=1.0)) for k in range(10_000))) for n in range(10)))
     description = channel(3, b"traction/v1/gel/description/")
-    yield "descriptions of 10 MB", whole(base, description, some, *(packed(b"".join(channel(10 + n, b"traction/v1/%d/description/" % n) + message_record(
-        10 + n, n, payload("Description", str(n), body={"node_positions_m": [struct.pack("<f", 1e-3) * 3_000_000]})) for n in (m,))) for m in range(20)))
-    surfaces = {"surfaces": [{"centre_m": {"x": 0.0, "y": 0.0}, "index": 1.4}] * 200_000}
-    yield "200,000 surfaces", whole(base, description, packed(message_record(3, 0, payload("Description", "gel", camera=surfaces))), some)
+    body = messages.Description(body={"node_positions_m": [1e-3] * 1_500_000}).SerializeToString()
+    yield "descriptions of 6 MB", whole(base, description, some, *(packed(b"".join(channel(10 + n, b"traction/v1/%d/description/" % n) + message_record(
+        10 + n, n, payload("Description", str(n)) + body) for n in (m,))) for m in range(20)))
+    surfaces = many_surfaces()
+    yield "200,000 surfaces", whole(base, description, packed(message_record(3, 0, surfaces)), some)

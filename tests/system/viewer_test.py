@@ -2,6 +2,8 @@
 
 import contextlib
 import json
+import pathlib
+import re
 import socket
 import struct
 import subprocess
@@ -9,7 +11,9 @@ import time
 import urllib.parse
 import urllib.request
 
-from browser import TestCase
+import hostile
+import zmq
+from browser import TestCase, start_view
 from rig import BIN, PATIENCE, SOURCE
 from websocket import RawWebSocket
 
@@ -170,6 +174,34 @@ class Viewer(TestCase):
         for name in ("none.mcap", "secret.txt", "..%2Frecordings%2Fwhole.mcap", "../recordings/whole.mcap", "%00", "%", "%4", ""):
             self.assertEqual(self.upgrade(view, f"/recording/{name}"), 404, name)
         self.is_well(view)
+
+    def test_what_others_made_takes_little_memory_and_ends_with_the_signal(self):
+        folder = self.rig.folder / "recordings"
+        folder.mkdir()
+        bomb = hostile.packed(hostile.record(200, bytes(60 << 20)))
+        for name, content in (*hostile.recordings(), ("3,000 bombs", hostile.MAGIC + bomb * 3000)):
+            file = name.replace(" ", "-").replace(",", "") + ".mcap"
+            (folder / file).write_bytes(content)
+            view = start_view(self.rig, None, "--connect", f"ipc://{folder}/none", "--recordings", folder)
+            self.assertIsInstance(self.upgrade(view, f"/recording/{file}?mode=stream"), RawWebSocket)
+            self.expect_end(view, name)
+        with zmq.Context() as context, context.socket(zmq.PUB) as publisher:
+            publisher.linger = 0
+            publisher.bind(f"ipc://{folder}/stream")
+            view = start_view(self.rig, None, "--connect", f"ipc://{folder}/stream")
+            connection = self.upgrade(view, "/stream/0?mode=stream")
+            self.assertIsInstance(connection, RawWebSocket)
+            for _ in range(100):
+                publisher.send_multipart([b"traction/v1/gel/description/", hostile.many_surfaces(), b"0.0"])
+            self.expect_end(view, "a publisher of 200,000 surfaces")
+
+    def expect_end(self, view, name):
+        time.sleep(1)  # whatever it does in that time
+        memory_kb = int(re.search(r"VmHWM:\s+(\d+)", pathlib.Path(f"/proc/{view.child.pid}/status").read_text())[1])
+        begin = time.monotonic()
+        self.assertEqual(view.stop(), 0, name)
+        print(f"\n  {name}, shown: {memory_kb >> 10} MiB, SIGTERM ends it after {time.monotonic() - begin:.2f} s; right: 512 MiB, 1 s", end=" ")
+        self.assertLess(memory_kb, 512 << 10, name)
 
     def test_pages_hear_the_verdict_on_the_instrument(self):
         """While it measures by a zero that no operator has taken, and when the camera is lost. Flags have words."""
