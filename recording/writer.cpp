@@ -38,7 +38,8 @@ std::optional<std::uint64_t> Writer::oldest_ns() const {
 }
 
 bool Writer::isDue(std::uint64_t now_ns) const {
-  return !records_.empty() && now_ns >= first_ns_ + options_.chunkTime_ns;
+  // A recording that is recovered may state any times: the sum of two would be an earlier one.
+  return !records_.empty() && now_ns >= first_ns_ && now_ns - first_ns_ >= options_.chunkTime_ns;
 }
 
 tl::expected<void, Error> Writer::write(const Message& message) {

@@ -72,6 +72,8 @@ def recordings():
     yield "messages of 60 MiB", whole(base, some, *(packed(message_record(1, n, field(n) + b"\xfa\x3f\x80\x80\x80\x1c" + bytes(56 << 20))) for n in range(6)))
     yield "100,000 sensors", whole(base, *(packed(b"".join(
         message_record(1, n, payload("Field", f"{n}-{k}" + 250 * "x", timestamp=1.0)) for k in range(10_000))) for n in range(10)))
+    late = record(5, struct.pack("<HIQQ", 1, 0, 2**64 - 1, 2**64 - 1))
+    yield "times of 2^64 - 1", whole(base, packed(late * 1_500_000))
     description = channel(3, b"traction/v1/gel/description/")
     body = messages.Description(body={"node_positions_m": [1e-3] * 1_500_000}).SerializeToString()
     yield "descriptions of 6 MB", whole(base, description, some, *(packed(b"".join(channel(10 + n, b"traction/v1/%d/description/" % n) + message_record(
