@@ -18,7 +18,8 @@ void rememberOutputErrors();
 
 /// Flushes stdio, writes a printable() line and its line end at once, and waits for a slow reader without a limit.
 /// Returns true when all is written; false if rememberSignals() has recorded a signal, perhaps before the call, which
-/// it notices within 0.1 s: the line is then incomplete or missing. \throws OutputError
+/// it notices within 0.1 s: the line is then incomplete or missing.
+/// \throws OutputError
 bool printLine(std::string_view text);
 /// Does the same with several lines, of which the last has no line end. What `text` has from elsewhere must be
 /// printable() itself, or it may make lines.

@@ -137,6 +137,10 @@ Json readReport(const std::string& output) {
   return {{"figures", figures}, {"notes", notes}};
 }
 
+std::string hashOfBytes(std::string_view bytes) {
+  return client::format("%016llx", static_cast<unsigned long long>(XXH3_64bits(bytes.data(), bytes.size())));
+}
+
 /// Returns whether two gel files are of one gel: they differ in what a calibration measures at most.
 bool isSameGel(const std::string& one, const std::string& other) {
   auto first = sensor::parseGel(one, "one"), second = sensor::parseGel(other, "other");
@@ -215,16 +219,28 @@ void Setup::write(const std::string& name, const std::string& content) const {
   }
 }
 
+/// Returns the hash of a file; empty if there is none. Reads it only if its size or time is another than before: sixty
+/// pictures would keep the server's thread.
+std::string Setup::fileHash(const std::string& name) const {
+  std::error_code error;
+  const auto size = fs::file_size(folder_ / name, error);
+  const auto time = error ? fs::file_time_type() : fs::last_write_time(folder_ / name, error);
+  if (error) return {};
+  const std::lock_guard lock(mutex_);
+  Hashed& known = hashes_[name];
+  if (known.hash.empty() || known.size != size || known.time != time) {
+    const auto bytes = tractiond::readWholeFile(folder_ / name, kMostBytes);
+    known = {size, time, bytes ? hashOfBytes({bytes->data(), bytes->size()}) : std::string()};
+  }
+  return known.hash;
+}
+
 /// Returns the hash of what a name stands for; empty if there is none.
 std::string Setup::hashOf(const std::string& name) const {
-  std::string hashes;
-  for (const std::string& each : name == kBoards ? boards() : std::vector{name}) {
-    if (const auto bytes = tractiond::readWholeFile(folder_ / each, kMostBytes))
-      hashes += (name == kBoards ? each : "") +
-                client::format("%016llx", static_cast<unsigned long long>(XXH3_64bits(bytes->data(), bytes->size())));
-  }
-  if (name != kBoards || hashes.empty()) return hashes;
-  return client::format("%016llx", static_cast<unsigned long long>(XXH3_64bits(hashes.data(), hashes.size())));
+  if (name != kBoards) return fileHash(name);
+  std::string all;
+  for (const std::string& each : boards()) all += each + fileHash(each);
+  return all.empty() ? all : hashOfBytes(all);
 }
 
 /// Returns why what was kept of a step does not hold any more, and what is to be done; empty: it holds, or none was

@@ -7,7 +7,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <stop_token>
@@ -86,6 +88,7 @@ class Setup {
   Json runLens(const std::vector<std::string>& arguments) const;
   void keep(const std::string& step, Json result);
   Json kept(const char* step, const Json& otherwise) const;
+  std::string fileHash(const std::string& name) const;
   std::string hashOf(const std::string& name) const;
   std::string whyStale(std::string_view step) const;
   void expect(const char* step, const std::string& otherwise) const;
@@ -97,6 +100,12 @@ class Setup {
   Json steps_ = Json::object();  ///< guarded by mutex_
   std::stop_source stop_;        ///< of the step that is being carried out; guarded by mutex_
   std::string look_;             ///< JPEG, guarded by mutex_
+  struct Hashed {
+    std::uintmax_t size = 0;
+    std::filesystem::file_time_type time;
+    std::string hash;
+  };
+  mutable std::map<std::string, Hashed> hashes_;  ///< by name; guarded by mutex_
 };
 
 }  // namespace traction::view
