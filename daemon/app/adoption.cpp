@@ -25,11 +25,13 @@ fs::path startsOf(const fs::path& adopted) {
 /// Puts a file that was checked in the place of the one in force. Whenever the power is lost, one of both is in force.
 std::error_code putInForce(const fs::path& candidate, const fs::path& path) {
   std::error_code error;
-  if (fs::exists(path, error) && !isOnTrial(path)) {
-    fs::remove(earlierGel(path), error);
-    fs::create_hard_link(path, earlierGel(path), error);
-    if (error) return error;
+  const auto before = readWholeFile(path);
+  if (!before) {
+    fs::remove(earlierGel(path), error);  // somebody has taken away what was in force, and means it
+  } else if (!isOnTrial(path)) {
+    error = replaceWholeFile(earlierGel(path), *before);
   }
+  if (error) return error;
   if (error = replaceWholeFile(startsOf(path), std::span<const char>()); error) return error;
   fs::rename(candidate, path, error);
   return error ? error : synchroniseNames(path.parent_path());

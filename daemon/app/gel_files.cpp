@@ -123,14 +123,12 @@ tl::expected<sensor::Sensor, Error> readAdopted(const std::string& text, const c
 
 tl::expected<void, Error> checkInChild(const std::filesystem::path& gelFile, const std::string& program) {
   constexpr std::size_t kLongest = 500;
-  const auto wrong = [](const std::string& what) {
-    return tl::unexpected(Error{.exitCode = EX_CONFIG, .what = "the gel file " + what});
-  };
+  const auto wrong = [](const std::string& what) { return tl::unexpected(Error{.exitCode = EX_CONFIG, .what = what}); };
   const ChildEnd end = runChild({"--inspect-gel", gelFile.string()}, {.program = program});
-  if (const std::string what = capture::misdeed(end); !what.empty()) return wrong(what);
+  if (const std::string what = capture::misdeed(end); !what.empty()) return wrong("the gel file " + what);
   if (end.code == EX_OK) return {};
-  return wrong(end.output.empty() ? "makes what reads it end without a word"
-                                  : "is not sound: " + traction::printable(end.output.substr(0, kLongest)));
+  if (end.output.empty()) return wrong("the gel file makes what reads it end without a word");
+  return wrong(traction::printable(end.output.substr(0, kLongest)));
 }
 
 int printGelCheck(const std::string& gelFile) {
