@@ -72,6 +72,8 @@ def recordings():
     yield "messages of 60 MiB", whole(base, some, *(packed(message_record(1, n, field(n) + b"\xfa\x3f\x80\x80\x80\x1c" + bytes(56 << 20))) for n in range(6)))
     yield "100,000 sensors", whole(base, *(packed(b"".join(
         message_record(1, n, payload("Field", f"{n}-{k}" + 250 * "x", timestamp=1.0)) for k in range(10_000))) for n in range(10)))
+    keys = b"".join(text(b"%x" % n) + text(b"") for n in range(1_100_000))
+    yield "1,100,000 keys of a channel", whole(base, some, *(packed(channel(2 + n, b"traction/v1/%d/field/" % n, keys)) for n in range(4)))
     late = record(5, struct.pack("<HIQQ", 1, 0, 2**64 - 1, 2**64 - 1))
     yield "times of 2^64 - 1", whole(base, packed(late * 1_500_000))
     description = channel(3, b"traction/v1/gel/description/")
