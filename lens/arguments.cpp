@@ -67,14 +67,14 @@ struct CalibrateLine {
     if (size->first == size->second && sides->first != sides->second) {
       return failed("squares that are oblong need a board with more of them along one side than along the other");
     }
-    return [made = options] { return lens::calibrate(made); };
+    return [made = options](Report& report) { return lens::calibrate(made, report); };
   }
 
   /// Does the same for the command that looks for the board in `picture`.
   tl::expected<Command, int> boardCommand() const {
     return squaresOf().map([this](const auto& size) -> Command {
-      return [file = picture, board = Board{.columns = size.first, .rows = size.second}] {
-        return findBoard(file, board);
+      return [file = picture, board = Board{.columns = size.first, .rows = size.second}](Report& report) {
+        return findBoard(file, board, report);
       };
     });
   }
@@ -161,11 +161,16 @@ CLI::App& addSheet(CLI::App& app, SheetsOptions& options) {
 
 }  // namespace
 
-tl::expected<Command, int> parseArguments(int argc, char** argv) {
+tl::expected<Request, int> parseArguments(int argc, char** argv) {
   CLI::App app("Calibrates a camera's lens, and helps to make and to mount a gel.", "traction-lens");
   app.set_version_flag("--version", "traction-lens " TRACTION_VERSION);
   app.require_subcommand(0, 1);  // checked below, so that an unknown word is reported first
   app.footer(kExitCodes);
+
+  bool json = false;
+  app.add_flag("--json", json,
+               "prints one JSON object for programs: figures, notes, and faults, which standard error has, too");
+  app.fallthrough();
 
   CalibrateLine calibration, finding;
   PoseOptions posing;
@@ -178,11 +183,12 @@ tl::expected<Command, int> parseArguments(int argc, char** argv) {
   const CLI::App& sheet = addSheet(app, sheets);
 
   if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
-  if (calibrate.parsed()) return calibration.command();
-  if (board.parsed()) return finding.boardCommand();
-  if (pose.parsed()) return [posing] { return lens::pose(posing); };
-  if (mark.parsed()) return [marking] { return lens::mark(marking); };
-  if (sheet.parsed()) return [sheets] { return writeSheets(sheets); };
+  const auto request = [json](Command command) { return Request{std::move(command), json}; };
+  if (calibrate.parsed()) return calibration.command().map(request);
+  if (board.parsed()) return finding.boardCommand().map(request);
+  if (pose.parsed()) return request([posing](Report& report) { return lens::pose(posing, report); });
+  if (mark.parsed()) return request([marking](Report& report) { return lens::mark(marking, report); });
+  if (sheet.parsed()) return request([sheets](Report& report) { return writeSheets(sheets, report); });
   return failed("a command is needed; see traction-lens --help");
 }
 

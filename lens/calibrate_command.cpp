@@ -101,9 +101,9 @@ void compare(const std::vector<View>& views, Faults& faults) {
   }
 }
 
-/// Leaves out each picture that shows the board where an earlier one does, and prints which. Counted twice, the errors
+/// Leaves out each picture that shows the board where an earlier one does, and reports which. Counted twice, the errors
 /// of one view would be taken for those of two.
-void leaveOutEqual(std::vector<View>& views) {
+void leaveOutEqual(std::vector<View>& views, Report& report) {
   std::vector<View> different;
   for (View& view : views) {
     const auto isSame = [&](const View& earlier) {
@@ -118,8 +118,8 @@ void leaveOutEqual(std::vector<View>& views) {
     if (same == different.end()) {
       different.push_back(std::move(view));
     } else {
-      std::printf("  note: %s is left out: it shows the board where %s does, so that its errors are the same; move the "
-                  "board between pictures\n",
+      report.note("%s is left out: it shows the board where %s does, so that its errors are the same; move the "
+                  "board between pictures",
                   view.file->c_str(), same->file->c_str());
     }
   }
@@ -214,72 +214,71 @@ void checkFit(const std::vector<View>& views, const LensFit& fit, const Board& b
 }
 
 /// \param aspect expected one
-void print(const std::vector<View>& views, const LensFit& fit, const Board& board, double aspect) {
-  std::printf("%zu pictures of a chessboard of %d x %d squares, %s:\n", views.size(), board.columns, board.rows,
+void describe(const std::vector<View>& views, const LensFit& fit, const Board& board, double aspect, Report& report) {
+  report.line("%zu pictures of a chessboard of %d x %d squares, %s:", views.size(), board.columns, board.rows,
               shape(fit.camera.width, fit.camera.height).c_str());
   for (std::size_t i = 0; i < views.size(); ++i) {
-    std::printf("  %-32s tilted %2.0f degrees, edges %.1f px wide, %.3f px left\n", views[i].file->c_str(),
+    report.item("%-32s tilted %2.0f degrees, edges %.1f px wide, %.3f px left", views[i].file->c_str(),
                 fit.tilt[i] * kDegrees, views[i].corners.edgeWidth_px, fit.viewResidual_px[i]);
   }
-  std::printf("The lens, with standard deviations:\n");
-  printFigure("focal_px", fit.camera.focal_px, fit.focalDeviation_px, "px");
+  report.line("The lens, with standard deviations:");
+  report.figure("focal_px", fit.camera.focal_px, fit.focalDeviation_px, "px");
   if (fit.aspectDeviation || fit.camera.aspect != 1.0) {
-    printFigure("aspect", fit.camera.aspect, fit.aspectDeviation.value_or(-1.0), "");
+    report.figure("aspect", fit.camera.aspect, fit.aspectDeviation.value_or(-1.0), "");
   }
-  printFigure("principal_u_px", fit.camera.principal_px.x(), fit.principalDeviation_px.x(), "px");
-  printFigure("principal_v_px", fit.camera.principal_px.y(), fit.principalDeviation_px.y(), "px");
-  printFigure("k1", fit.camera.k1, fit.k1Deviation, "");
-  printFigure("k2", fit.camera.k2, fit.k2Deviation, "");
-  printFigure("residual_px", fit.residual_px, -1.0, "px");
+  report.figure("principal_u_px", fit.camera.principal_px.x(), fit.principalDeviation_px.x(), "px");
+  report.figure("principal_v_px", fit.camera.principal_px.y(), fit.principalDeviation_px.y(), "px");
+  report.figure("k1", fit.camera.k1, fit.k1Deviation, "");
+  report.figure("k2", fit.camera.k2, fit.k2Deviation, "");
+  report.figure("residual_px", fit.residual_px, -1.0, "px");
   if (fit.residual_px > kPoor_px) {
-    std::printf(
-        "  note: %.2f px are left of each coordinate, where a sharp picture of a flat board leaves 0.1 px or less: "
+    report.note(
+        "%.2f px are left of each coordinate, where a sharp picture of a flat board leaves 0.1 px or less: "
         "look at "
         "the pictures that leave most, and whether the board is flat; a lens of another model (fisheye) leaves more "
-        "towards the picture's corners\n",
+        "towards the picture's corners",
         fit.residual_px);
   }
   if (fit.aspectDeviation) {
     const tractiond::calibrate::AspectSeen seen{.expected = aspect, .aspect = fit.camera.aspect};
-    std::printf("  note: %s: the pixels have another shape, or the pictures were resized; the gel file is given "
-                "camera.aspect = %.4f. If the pixels are square, measure ten squares along both sides of the board\n",
+    report.note("%s: the pixels have another shape, or the pictures were resized; the gel file is given "
+                "camera.aspect = %.4f. If the pixels are square, measure ten squares along both sides of the board",
                 seen.what().c_str(), fit.camera.aspect);
   }
   if (fit.scale == Scale::kBoard) {
-    std::printf("  note: the board's squares are %s (+- %.2f %%), by the pictures; the lens takes that into account. "
-                "Measure ten squares along both sides, and write both, as in --square-mm %s\n",
+    report.note("the board's squares are %s (+- %.2f %%), by the pictures; the lens takes that into account. "
+                "Measure ten squares along both sides, and write both, as in --square-mm %s",
                 oblongInWords(fit.tall).c_str(), 100.0 * fit.tallDeviation, squareExample(board, fit.tall).c_str());
   }
   const double seen = reach(views, fit.camera);
   if (seen < kReach) {
-    std::printf(
-        "  note: the board was seen in the middle of the picture only, up to %.0f %% of the way to its corners: "
-        "k1 and k2 say nothing of what lies beyond\n",
-        100.0 * seen);
+    report.note("the board was seen in the middle of the picture only, up to %.0f %% of the way to its corners: "
+                "k1 and k2 say nothing of what lies beyond",
+                100.0 * seen);
   }
 }
 
 }  // namespace
 
-Done findBoard(const std::string& file, const Board& board) {
+Done findBoard(const std::string& file, const Board& board, Report& report) {
   const auto picture = readPicture(file);
   if (!picture) return tl::unexpected(Faults{picture.error()});
   const auto found = findCorners(grey(*picture), board);
   if (!found) return tl::unexpected(Faults{fault(file, found.error())});
-  std::printf("The outermost corners between four squares, around the board:\n");
+  report.line("The outermost corners between four squares, around the board:");
   const int across = board.columns - 1, last = board.corners() - 1;
   int number = 0;
   for (const int corner : {0, across - 1, last, last - across + 1}) {
     const std::string name = "corner" + std::to_string(++number);
-    printFigure((name + "_u_px").c_str(), found->place_px(0, corner), -1.0, "px");
-    printFigure((name + "_v_px").c_str(), found->place_px(1, corner), -1.0, "px");
+    report.figure(name + "_u_px", found->place_px(0, corner), -1.0, "px");
+    report.figure(name + "_v_px", found->place_px(1, corner), -1.0, "px");
   }
-  printFigure("edge_px", found->edgeWidth_px, -1.0, "px");
-  printFigure("square_px", found->smallestSquare_px, -1.0, "px");
+  report.figure("edge_px", found->edgeWidth_px, -1.0, "px");
+  report.figure("square_px", found->smallestSquare_px, -1.0, "px");
   return {};
 }
 
-Done calibrate(const CalibrateOptions& options) {
+Done calibrate(const CalibrateOptions& options, Report& report) {
   auto sensor = loadGel(options.gel);
   if (!sensor) return tl::unexpected(sensor.error());
   if (const auto free = checkOutput(options.output, options.force); !free) return free;
@@ -287,7 +286,7 @@ Done calibrate(const CalibrateOptions& options) {
   std::vector<View> views = readViews(options, faults);
   compare(views, faults);
   if (!faults.empty()) return tl::unexpected(faults);
-  leaveOutEqual(views);
+  leaveOutEqual(views, report);
   if (views.size() < kFewest) {
     return tl::unexpected(Faults{fault("", std::to_string(views.size()) + " different pictures are too few for a lens",
                                        "at least " + std::to_string(kFewest) + ", better 15, each from another side")});
@@ -310,15 +309,14 @@ Done calibrate(const CalibrateOptions& options) {
   const LensFit fit = fitLens(corners, options.board, width, height, fitOptions);
   checkFit(views, fit, options.board, faults);
   if (!faults.empty()) return tl::unexpected(faults);
-  print(views, fit, options.board, fitOptions.aspect);
+  describe(views, fit, options.board, fitOptions.aspect, report);
   if (std::ranges::count(views, std::string(), &View::with) > 0) {
-    std::printf(
-        "  note: not all pictures say which camera took them, as those of tractionctl snapshot do: their size alone "
-        "was compared\n");
+    report.note("not all pictures say which camera took them, as those of tractionctl snapshot do: their size alone "
+                "was compared");
   }
   const std::string with = firstCamera(views);  // empty: the lens may be another camera's than the file's was
   if (!with.empty() && !sensor->measuredWith.empty() && sensor->measuredWith != with) {
-    std::printf("  note: the gel file's pose was measured with %s: find it anew (traction-lens pose)\n",
+    report.note("the gel file's pose was measured with %s: find it anew (traction-lens pose)",
                 sensor->measuredWith.c_str());
   }
   sensor->measuredWith = with;
@@ -337,7 +335,8 @@ Done calibrate(const CalibrateOptions& options) {
   uncertainty.k1 = fit.k1Deviation;
   uncertainty.k2 = fit.k2Deviation;
   return writeGel(options.output, *std::move(sensor),
-                  "The lens is from " + std::to_string(views.size()) + " pictures of a chessboard, by traction-lens.");
+                  "The lens is from " + std::to_string(views.size()) + " pictures of a chessboard, by traction-lens.",
+                  report);
 }
 
 }  // namespace lens

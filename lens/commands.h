@@ -1,10 +1,11 @@
-// The commands of traction-lens. Each prints to standard output, and writes its file last and atomically; an existing
+// The commands of traction-lens. Each reports what it finds, and writes its file last and atomically; an existing
 // picture or sheet is replaced, a gel file only if asked for, as it may have been edited. On failure nothing is written
 // (but see writeSheets()); the program ends with the first error's code.
 #pragma once
 
 #include "base/error.h"
 #include "lens/chessboard.h"
+#include "lens/report.h"
 #include "sensor/sensor.h"
 
 #include <tl/expected.hpp>
@@ -14,8 +15,6 @@
 
 namespace lens {
 
-/// All errors of a command, at least one; each is printed on one line.
-using Faults = std::vector<tractiond::Error>;
 using Done = tl::expected<void, Faults>;
 
 struct CalibrateOptions {
@@ -34,11 +33,11 @@ struct CalibrateOptions {
 /// loadGel() and readPicture(); EX_DATAERR for each picture that shows no board or differs from the others in size,
 /// sharpness or lens, for too few pictures, for another size than the gel file's, and if the pictures do not determine
 /// the focal length; EX_CANTCREAT, also for a file that exists.
-Done calibrate(const CalibrateOptions& options);
+Done calibrate(const CalibrateOptions& options, Report& report);
 
-/// Finds the board in one picture, before there are enough for a lens, and prints where its outer corners lie, and how
+/// Finds the board in one picture, before there are enough for a lens, and reports where its outer corners lie, and how
 /// sharp it is. Errors: those of readPicture(); EX_DATAERR if the picture shows no such board.
-Done findBoard(const std::string& picture, const Board& board);
+Done findBoard(const std::string& picture, const Board& board, Report& report);
 
 struct PictureOptions {
   std::string picture;  ///< file
@@ -48,7 +47,7 @@ struct PictureOptions {
 
 struct PoseOptions : PictureOptions {
   /// A pose with a larger residual is refused; a good pattern has hundredths of a pixel. One above 0.5 that is accepted
-  /// causes a warning on standard output.
+  /// causes a warning.
   double acceptResidual_px = 0.5;
   /// The lens that the gel file has was measured on another camera, and is on the picture's now: its focal length and
   /// principal point are taken as less well known.
@@ -63,12 +62,12 @@ struct PoseOptions : PictureOptions {
 /// picture, the markers are not found, are fewer than 50, no pose fits, the picture
 /// shows other columns, rows or layers, or the residual is too large, as with another aspect, which it then states;
 /// EX_CANTCREAT, also for a file that exists.
-Done pose(const PoseOptions& options);
+Done pose(const PoseOptions& options, Report& report);
 
 /// Draws the markers of the untouched gel into the picture, at twice its size: circles where they were found, crosses
 /// where they are missing. Writes a PNG picture. Errors: those of loadGel() and readPicture(); EX_DATAERR if the
 /// markers are not found; EX_CANTCREAT.
-Done mark(const PictureOptions& options);
+Done mark(const PictureOptions& options, Report& report);
 
 struct SheetsOptions {
   std::string gel;        ///< gel file; empty: the paper's sensor
@@ -78,7 +77,7 @@ struct SheetsOptions {
 
 /// Writes the sheets to print: layer1.svg, layer2.svg ..., one after another. Errors: those of loadGel(); EX_CANTCREAT,
 /// after which the sheets written before remain.
-Done writeSheets(const SheetsOptions& options);
+Done writeSheets(const SheetsOptions& options, Report& report);
 
 /// Reads a gel file; an empty path gives the paper's sensor. Errors: EX_NOINPUT, EX_CONFIG; EX_DATAERR for a faulty
 /// influence file.
@@ -87,19 +86,15 @@ tl::expected<sensor::Sensor, Faults> loadGel(const std::string& path);
 /// Returns whether a gel file states a key of its camera; an empty path states nothing.
 bool statesOfCamera(const std::string& gel, std::string_view key);
 
-/// Writes a gel file without a calibration, which no longer applies, and prints its path and, if there was one, that a
+/// Writes a gel file without a calibration, which no longer applies, and reports its path and, if there was one, that a
 /// calibration was left out. Error: EX_CANTCREAT.
 /// \param remark one line on the origin of the values
-Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark);
+Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark, Report& report);
 
 /// Fails with EX_CANTCREAT if there is a file at `path`, unless it may be replaced.
 Done checkOutput(const std::string& path, bool replace);
 
 /// Returns an error of the input data: EX_DATAERR with the given fields of Error, of which `where` may be empty.
 tractiond::Error fault(const std::string& where, std::string what, std::string remedy = "");
-
-/// Prints one line of a table to standard output: name, value, and standard deviation unless it is negative; both are
-/// in `unit`, which may be empty.
-void printFigure(const char* name, double value, double deviation, const char* unit);
 
 }  // namespace lens

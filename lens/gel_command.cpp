@@ -4,7 +4,6 @@
 #include "lens/sheet.h"
 #include "sensor/gel_file.h"
 
-#include <cstdio>
 #include <filesystem>
 #include <system_error>
 
@@ -40,21 +39,21 @@ Done checkOutput(const std::string& path, bool replace) {
                                 .remedy = "name another --output, or replace it with --force"}});
 }
 
-Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark) {
+Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark, Report& report) {
   if (sensor.calibration) {
     sensor.calibration.reset();
-    std::printf("The gel file's calibration is left out: calibrate again with tractionctl calibrate.\n");
+    report.note("the gel file's calibration is left out: calibrate again with tractionctl calibrate");
   }
   const std::string text = "# " + remark + "\n" + sensor::gelText(sensor);
   if (const std::error_code failed = tractiond::replaceWholeFile(path, text)) {
     return tl::unexpected(
         Faults{{.exitCode = EX_CANTCREAT, .what = "cannot be written: " + failed.message(), .where = path}});
   }
-  std::printf("Written: %s\n", path.c_str());
+  report.line("Written: %s", path.c_str());
   return {};
 }
 
-Done writeSheets(const SheetsOptions& options) {
+Done writeSheets(const SheetsOptions& options, Report& report) {
   const auto sensor = loadGel(options.gel);
   if (!sensor) return tl::unexpected(sensor.error());
   const std::filesystem::path folder = options.directory.empty() ? "." : options.directory;
@@ -66,18 +65,12 @@ Done writeSheets(const SheetsOptions& options) {
       return tl::unexpected(Faults{
           tractiond::Error{.exitCode = EX_CANTCREAT, .what = "cannot be written: " + failed.message(), .where = path}});
     }
-    std::printf("Written: %s\n", path.c_str());
+    report.line("Written: %s", path.c_str());
   }
   const Eigen::Vector2d page_mm = 1e3 * pageSize(*sensor);
-  std::printf("Pages of %.6g x %.6g mm: print them without fitting them to the paper, and measure the ruler.\n",
+  report.note("pages of %.6g x %.6g mm: print them without fitting them to the paper, and measure the ruler",
               page_mm.x(), page_mm.y());
   return {};
-}
-
-void printFigure(const char* name, double value, double deviation, const char* unit) {
-  std::printf("  %-16s %12.7g", name, value);
-  if (deviation >= 0.0) std::printf(" +- %-8.2g", deviation);
-  std::printf(" %s\n", unit);
 }
 
 }  // namespace lens

@@ -32,21 +32,20 @@ struct Seen {
 };
 
 /// Binds the sensor to the picture's camera. Fails if its lens was measured with another one, or in another cut.
-Done bind(sensor::Sensor& sensor, const PoseOptions& options) {
+Done bind(sensor::Sensor& sensor, const PoseOptions& options, Report& report) {
   // Calibrated files of before state the camera alone.
   if (sensor.measuredWith.empty() && sensor.calibration) sensor.measuredWith = sensor.calibration->camera;
   const auto lens = sensor::MeasuredWith::parse(sensor.measuredWith), with = measuredWith(options.picture);
   sensor::Uncertainty& known = sensor.uncertainty;
   const sensor::Uncertainty usual;  // of a lens that was not measured
   if (with.camera.empty()) {
-    std::printf(
-        "  note: %s does not say which camera took it, as tractionctl snapshot does: its size alone was compared\n",
-        options.picture.c_str());
+    report.note("%s does not say which camera took it, as tractionctl snapshot does: its size alone was compared",
+                options.picture.c_str());
     return {};
   }
   sensor.measuredWith = with.text();
   if (lens.camera.empty() && known.principal_px != usual.principal_px) {
-    std::printf("  note: %s does not say which camera's lens it has: it is taken for that of %s\n", options.gel.c_str(),
+    report.note("%s does not say which camera's lens it has: it is taken for that of %s", options.gel.c_str(),
                 with.camera.c_str());
   }
   if (lens.holdsFor(with)) return {};
@@ -58,64 +57,64 @@ Done bind(sensor::Sensor& sensor, const PoseOptions& options) {
   }
   known.principal_px = std::max(known.principal_px, usual.principal_px);  // chips do not lie alike in their housings
   known.focal = std::max(known.focal, usual.focal);
-  std::printf("  note: the lens was measured with %s: on %s it is taken as known to %.1f %% and %.0f px\n",
-              lens.camera.c_str(), with.camera.c_str(), 100.0 * known.focal, known.principal_px);
+  report.note("the lens was measured with %s: on %s it is taken as known to %.1f %% and %.0f px", lens.camera.c_str(),
+              with.camera.c_str(), 100.0 * known.focal, known.principal_px);
   return {};
 }
 
 /// \param posing nullptr: nothing is measured
-tl::expected<Seen, Faults> loadAndFindMarkers(const PictureOptions& options, const PoseOptions* posing = nullptr) {
+tl::expected<Seen, Faults> loadAndFindMarkers(const PictureOptions& options, Report& report,
+                                              const PoseOptions* posing = nullptr) {
   auto sensor = loadGel(options.gel);
   if (!sensor) return tl::unexpected(sensor.error());
   auto picture = readPicture(options.picture, {sensor->camera.width, sensor->camera.height});
   if (!picture) return tl::unexpected(Faults{picture.error()});
-  if (const Done bound = posing == nullptr ? Done() : bind(*sensor, *posing); !bound)
+  if (const Done bound = posing == nullptr ? Done() : bind(*sensor, *posing, report); !bound)
     return tl::unexpected(bound.error());
   auto markers = findMarkers(*picture, *sensor);
   if (!markers) {
     return tl::unexpected(Faults{fault(options.picture, markers.error().what, markers.error().remedy)});
   }
   *markers = counted(*sensor, *std::move(markers));
-  std::printf("%d of %d markers found\n", markers->count(), sensor->markerCount());
+  report.item("%d of %d markers found", markers->count(), sensor->markerCount());
   return Seen{*std::move(picture), *std::move(sensor), *std::move(markers)};
 }
 
-void print(const Geometry& found) {
+void describe(const Geometry& found, Report& report) {
   const sensor::Camera& camera = found.camera;
   const sensor::Uncertainty& known = found.uncertainty;
-  std::printf("The camera, with standard deviations:\n");
+  report.line("The camera, with standard deviations:");
   const char* positions[] = {"position_x_mm", "position_y_mm", "position_z_mm"};
   const char* rotations[] = {"rotation_x_rad", "rotation_y_rad", "rotation_z_rad"};
   for (int i = 0; i < 3; ++i) {
-    printFigure(positions[i], kMillimetres * camera.position[i], kMillimetres * known.position[i], "mm");
+    report.figure(positions[i], kMillimetres * camera.position[i], kMillimetres * known.position[i], "mm");
   }
-  for (int i = 0; i < 3; ++i) printFigure(rotations[i], camera.rotation[i], known.rotation[i], "rad");
-  printFigure("focal_px", camera.focal_px, camera.focal_px * known.focal, "px");
-  if (camera.aspect != 1.0) printFigure("aspect", camera.aspect, -1.0, "");
-  printFigure("principal_u_px", camera.principal_px.x(), found.principalDeviation_px, "px");
-  printFigure("principal_v_px", camera.principal_px.y(), found.principalDeviation_px, "px");
-  printFigure("k1", camera.k1, found.k1Deviation, "");
-  printFigure("k2", camera.k2, found.k2Deviation, "");
-  printFigure("residual_px", found.residual_px, -1.0, "px");
-  if (found.outliers > 0)
-    std::printf("  note: %d markers are not where the others say, and do not count\n", found.outliers);
+  for (int i = 0; i < 3; ++i) report.figure(rotations[i], camera.rotation[i], known.rotation[i], "rad");
+  report.figure("focal_px", camera.focal_px, camera.focal_px * known.focal, "px");
+  if (camera.aspect != 1.0) report.figure("aspect", camera.aspect, -1.0, "");
+  report.figure("principal_u_px", camera.principal_px.x(), found.principalDeviation_px, "px");
+  report.figure("principal_v_px", camera.principal_px.y(), found.principalDeviation_px, "px");
+  report.figure("k1", camera.k1, found.k1Deviation, "");
+  report.figure("k2", camera.k2, found.k2Deviation, "");
+  report.figure("residual_px", found.residual_px, -1.0, "px");
+  if (found.outliers > 0) report.note("%d markers are not where the others say, and do not count", found.outliers);
   if (found.bulge.found()) {
-    std::printf("  note: something seems to touch the gel near x %.0f, y %.0f mm, or the lens has a distortion that k1 "
-                "and k2 do not describe\n",
+    report.note("something seems to touch the gel near x %.0f, y %.0f mm, or the lens has a distortion that k1 "
+                "and k2 do not describe",
                 kMillimetres * found.bulge.place.x(), kMillimetres * found.bulge.place.y());
   }
 }
 
-/// Prints what a picture cannot tell if the pose is far from the file's: which length is wrong.
-void printScale(const sensor::Sensor& file, const sensor::Camera& found) {
+/// Reports what a picture cannot tell if the pose is far from the file's: which length is wrong.
+void describeScale(const sensor::Sensor& file, const sensor::Camera& found, Report& report) {
   constexpr double kFar = 0.02;
   const double change = found.position.z() / file.camera.position.z() - 1.0;
   if (std::abs(change) < kFar) return;
-  std::printf(
-      "  note: the camera is %.0f mm %s than in the gel file, if the markers' pitch and depth and focal_px are right; "
+  report.note(
+      "the camera is %.0f mm %s than in the gel file, if the markers' pitch and depth and focal_px are right; "
       "one picture "
       "does not tell these from the distance: measure ten pitches, and from the lens to the gel's surface about %.0f "
-      "mm\n",
+      "mm",
       kMillimetres * std::abs(found.position.z() - file.camera.position.z()), change > 0.0 ? "farther" : "nearer",
       kMillimetres * found.position.z());
 }
@@ -139,9 +138,9 @@ void outlined(const cv::Scalar& colour, auto&& draw) {
 
 }  // namespace
 
-Done pose(const PoseOptions& options) {
+Done pose(const PoseOptions& options, Report& report) {
   if (const auto free = checkOutput(options.output, options.force); !free) return free;
-  auto seen = loadAndFindMarkers(options, &options);
+  auto seen = loadAndFindMarkers(options, report, &options);
   if (!seen) return tl::unexpected(seen.error());
   constexpr int kFewest = tractiond::calibrate::GeometryOptions{}.fewest;
   if (const int count = seen->markers.count(); count < kFewest) {
@@ -191,33 +190,33 @@ Done pose(const PoseOptions& options) {
                   places, std::ceil(10.0 * found.residual_px) / 10.0);
     return tl::unexpected(Faults{fault(options.picture, what, remedy)});
   }
-  print(found);
+  describe(found, report);
   if (found.residual_px > std::max(PoseOptions{}.acceptResidual_px, stated_px)) {
-    std::printf(
-        "  warning: %.2f px are left of the markers' places, more than %.2f: the gel file does not fit, and forces "
-        "are less exact than their deviations say\n",
-        found.residual_px, PoseOptions{}.acceptResidual_px);
+    report.warning("%.2f px are left of the markers' places, more than %.2f: the gel file does not fit, and forces "
+                   "are less exact than their deviations say",
+                   found.residual_px, PoseOptions{}.acceptResidual_px);
   }
-  if (aspect) std::printf("  note: %s: %s\n", aspect->what().c_str(), aspect->remedy().c_str());
-  if (!other.empty()) std::printf("  warning: the picture shows another gel than the gel file: %s\n", other.c_str());
-  printScale(seen->sensor, found.camera);
+  if (aspect) report.note("%s: %s", aspect->what().c_str(), aspect->remedy().c_str());
+  if (!other.empty()) report.warning("the picture shows another gel than the gel file: %s", other.c_str());
+  describeScale(seen->sensor, found.camera, report);
   if (tractiond::calibrate::mayBeMirrored(posed)) {
-    std::printf(
-        "  note: this gel may look the same in a mirrored picture, which mirrors forces: press near its corners, "
+    report.note(
+        "this gel may look the same in a mirrored picture, which mirrors forces: press near its corners, "
         "clockwise as the camera sees them; if contacts do not go clockwise in tractionctl watch, too, from top "
-        "left to top right, change ReverseX in camera.features and measure the lens again\n");
+        "left to top right, change ReverseX in camera.features and measure the lens again");
   }
-  return writeGel(options.output, std::move(posed), "The camera's pose is from one rest picture, by traction-lens.");
+  return writeGel(options.output, std::move(posed), "The camera's pose is from one rest picture, by traction-lens.",
+                  report);
 }
 
-Done mark(const PictureOptions& options) {
+Done mark(const PictureOptions& options, Report& report) {
   if (!options.output.ends_with(".png")) {
     return tl::unexpected(Faults{{.exitCode = EX_USAGE,
                                   .what = "is no name of a PNG picture, as which it would be written",
                                   .where = options.output,
                                   .remedy = "name it marked.png, for example"}});
   }
-  auto seen = loadAndFindMarkers(options);
+  auto seen = loadAndFindMarkers(options, report);
   if (!seen) return tl::unexpected(seen.error());
   cv::Mat marked = seen->picture;
   if (marked.channels() == 1) cv::cvtColor(marked, marked, cv::COLOR_GRAY2BGR);
@@ -248,7 +247,7 @@ Done mark(const PictureOptions& options) {
   if (const auto written = writePicture(options.output, marked); !written) {
     return tl::unexpected(Faults{written.error()});
   }
-  std::printf("Written: %s; twice as large, circles where markers are, crosses where they are missing\n",
+  report.line("Written: %s; twice as large, circles where markers are, crosses where they are missing",
               options.output.c_str());
   return {};
 }

@@ -10,18 +10,21 @@ int fail(int exitCode, const std::string& what) {
   return exitCode;
 }
 
-/// Prints one line per fault and returns the exit code of the first one.
-int report(const lens::Done& done) {
-  if (done) return EX_OK;
-  for (const tractiond::Error& error : done.error()) fail(error.exitCode, error.message());
-  return done.error().front().exitCode;
+/// Runs the command and prints its report, and a line for each fault. Returns the exit code of the first one.
+int run(const lens::Request& request) {
+  lens::Report report;
+  const lens::Done done = request.command(report);
+  const lens::Faults faults = done ? lens::Faults() : done.error();
+  std::cout << (request.json ? report.json(faults) + "\n" : report.text());
+  for (const tractiond::Error& error : faults) fail(error.exitCode, error.message());
+  return faults.empty() ? EX_OK : faults.front().exitCode;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const auto command = lens::parseArguments(argc, argv);
-  return command ? report((*command)()) : command.error();
+  const auto request = lens::parseArguments(argc, argv);
+  return request ? run(*request) : request.error();
 } catch (const std::exception& error) {
   return fail(EX_SOFTWARE, error.what());
 }

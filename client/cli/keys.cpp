@@ -1,10 +1,10 @@
 // Manages the keys for gateways.
 #include "base/network/keys.h"
 
+#include "base/json_writer.h"
 #include "client/cli/commands.h"
 #include "client/files/failure.h"
 #include "client/files/keys.h"
-#include "client/show/json_writer.h"
 #include "client/show/output.h"
 #include "proto/traction/v1/endpoints.h"
 
@@ -101,7 +101,7 @@ void listKeys(const fs::path& directory, bool json) {
   const auto known = directoryOf(directory);
   const auto server = files::loadKeyPair(files::serverKeyFile(directory));
   if (json) {
-    Json text;
+    JsonWriter text;
     text.open('{').key("server_key").string(server ? server->publicKey : "").key("allowed").open('[');
     for (const auto& one : known.keys()) {
       text.open('{').key("name").string(one.name).key("permission").string(wordOf(one.permission));

@@ -1,10 +1,10 @@
 #include "client/cli/recordings.h"
 
+#include "base/json_writer.h"
 #include "base/printable.h"
 #include "client/cli/commands.h"
 #include "client/files/failure.h"
 #include "client/files/recorded_sources.h"
-#include "client/show/json_writer.h"
 #include "client/show/output.h"
 #include "client/show/page.h"
 #include "manual/number.h"
@@ -113,7 +113,7 @@ void printText(const std::string& file, const Contents& contents) {
 }
 
 void printJson(const std::string& file, const Contents& contents) {
-  Json json;
+  JsonWriter json;
   json.open('{').key("file").string(file).key("bytes").number(contents.bytes);
   json.key("closed").boolean(contents.extent.closed).key("indexed").boolean(contents.isIndexed);
   json.key("trouble").string(contents.extent.trouble).key("second_source").string(contents.secondSource);

@@ -1,6 +1,6 @@
+#include "base/json_writer.h"
 #include "base/printable.h"
 #include "client/doctor/checks.h"
-#include "client/show/json_writer.h"
 
 #include <algorithm>
 #include <array>
@@ -35,7 +35,7 @@ std::string reportText(const std::vector<Finding>& findings) {
 }
 
 std::string reportJson(const std::vector<Finding>& findings) {
-  client::Json json;
+  JsonWriter json;
   json.open('{').key("checks").open('[');
   for (const Finding& one : findings) {
     json.open('{').key("check").string(one.check).key("instance").string(one.instance).key("verdict");

@@ -1,7 +1,7 @@
 #include "client/show/json.h"
 
+#include "base/json_writer.h"
 #include "client/show/base64.h"
-#include "client/show/json_writer.h"
 #include "client/show/reflection.h"
 #include "client/show/scene.h"
 #include "client/src/fields.h"
@@ -17,31 +17,31 @@ namespace {
 // protocol.
 
 template <typename Own, typename Wire>
-void put(Json& json, const Own& value, const Wire& from);
+void put(JsonWriter& json, const Own& value, const Wire& from);
 
-void put(Json& json, const Id& id, const std::string&) {
+void put(JsonWriter& json, const Id& id, const std::string&) {
   json.string(toHex(id));
 }
 
-void put(Json& json, const std::vector<std::uint8_t>& mask, const std::string&) {
+void put(JsonWriter& json, const std::vector<std::uint8_t>& mask, const std::string&) {
   json.booleans(mask);
 }
 
 template <typename Own, typename Wire>
-void put(Json& json, const std::vector<Own>& messages, const google::protobuf::RepeatedPtrField<Wire>&) {
+void put(JsonWriter& json, const std::vector<Own>& messages, const google::protobuf::RepeatedPtrField<Wire>&) {
   json.open('[');
   for (const Own& message : messages) put(json, message, Wire());
   json.close(']');
 }
 
 template <typename Own>
-void put(Json& json, const std::optional<Own>& number, const std::optional<Own>&) {
+void put(JsonWriter& json, const std::optional<Own>& number, const std::optional<Own>&) {
   using Number = std::conditional_t<std::is_floating_point_v<Own>, double, Own>;
   number ? json.number(Number{*number}) : json.null();
 }
 
 template <typename Own, typename Wire>
-void put(Json& json, const std::optional<Own>& message, const Wire*) {
+void put(JsonWriter& json, const std::optional<Own>& message, const Wire*) {
   if (message)
     put(json, *message, Wire());
   else
@@ -49,14 +49,14 @@ void put(Json& json, const std::optional<Own>& message, const Wire*) {
 }
 
 template <typename Own, typename Wire>
-void put(Json& json, const Given<Own>& value, const Wire& from) {
+void put(JsonWriter& json, const Given<Own>& value, const Wire& from) {
   if (value.isGiven)
     put(json, value.member, from);
   else
     json.null();
 }
 
-void put(Json& json, const Flags<const std::uint32_t>& flags, std::uint32_t) {
+void put(JsonWriter& json, const Flags<const std::uint32_t>& flags, std::uint32_t) {
   json.open('[');
   for (std::uint32_t bit = 1; bit != 0; bit <<= 1U) {
     for (const FlagText& each : kFlagTexts) {
@@ -66,12 +66,12 @@ void put(Json& json, const Flags<const std::uint32_t>& flags, std::uint32_t) {
   json.close(']');
 }
 
-void put(Json& json, const Contrast<const bool>& darker, bool) {
+void put(JsonWriter& json, const Contrast<const bool>& darker, bool) {
   json.string(darker.member ? "darker" : "brighter");
 }
 
 /// Returns what writes a member under its name.
-auto member(Json& json) {
+auto member(JsonWriter& json) {
   return [&json](const char* name, const auto& value, const auto& from) {
     if (name == nullptr) return;
     json.key(name);
@@ -80,7 +80,7 @@ auto member(Json& json) {
 }
 
 template <typename Own, typename Wire>
-void put(Json& json, const Own& value, const Wire& from) {
+void put(JsonWriter& json, const Own& value, const Wire& from) {
   if constexpr (std::is_base_of_v<google::protobuf::MessageLite, Wire>) {
     if constexpr (std::is_same_v<Wire, pb::Vector2> || std::is_same_v<Wire, pb::Vector3>) {
       json.numbers(value);
@@ -104,7 +104,7 @@ void put(Json& json, const Own& value, const Wire& from) {
   }
 }
 
-void putHeader(Json& json, const char* topic, const Header& header) {
+void putHeader(JsonWriter& json, const char* topic, const Header& header) {
   json.key("topic").string(topic);
   fields(header, pb::Header(), member(json));
   json.key("arrived_ns").number(header.arrived_ns);
@@ -112,28 +112,28 @@ void putHeader(Json& json, const char* topic, const Header& header) {
 
 /// Writes a message whose header and fields() are all that it has.
 template <typename Wire>
-void putMessage(Json& json, const char* topic, const auto& message) {
+void putMessage(JsonWriter& json, const char* topic, const auto& message) {
   putHeader(json, topic, message.header);
   fields(message, Wire(), member(json));
 }
 
-void put(Json& json, const Field& field) {
+void put(JsonWriter& json, const Field& field) {
   putMessage<pb::Field>(json, "field", field);
 }
-void put(Json& json, const Markers& markers) {
+void put(JsonWriter& json, const Markers& markers) {
   putMessage<pb::Markers>(json, "markers", markers);
 }
-void put(Json& json, const Contacts& contacts) {
+void put(JsonWriter& json, const Contacts& contacts) {
   putMessage<pb::Contacts>(json, "contacts", contacts);
 }
-void put(Json& json, const Grasp& grasp) {
+void put(JsonWriter& json, const Grasp& grasp) {
   putMessage<pb::Grasp>(json, "grasp", grasp);
 }
-void put(Json& json, const Description& description) {
+void put(JsonWriter& json, const Description& description) {
   putMessage<pb::Description>(json, "description", description);
 }
 
-void put(Json& json, const Preview& preview) {
+void put(JsonWriter& json, const Preview& preview) {
   putHeader(json, "preview", preview.header);
   json.key("width").number(preview.width);
   json.key("height").number(preview.height);
@@ -144,9 +144,9 @@ void put(Json& json, const Preview& preview) {
 }
 
 /// Writes the fields of a message under their names, in the order of their declaration.
-void putFields(Json& json, const Reflected& message);
+void putFields(JsonWriter& json, const Reflected& message);
 
-void putScalar(Json& json, const Scalar& value) {
+void putScalar(JsonWriter& json, const Scalar& value) {
   if (const auto* text = std::get_if<std::string>(&value)) {
     json.string(*text);
   } else if (const auto* boolean = std::get_if<bool>(&value)) {
@@ -161,7 +161,7 @@ void putScalar(Json& json, const Scalar& value) {
 }
 
 // NOLINTBEGIN(misc-no-recursion): as deep as the messages of the schema
-void putField(Json& json, const Reflected& message, const FieldDescriptor& field) {
+void putField(JsonWriter& json, const Reflected& message, const FieldDescriptor& field) {
   json.key(field.name());
   if (field.is_repeated()) json.open('[');
   if (isMessage(field)) {
@@ -182,13 +182,13 @@ void putField(Json& json, const Reflected& message, const FieldDescriptor& field
   if (field.is_repeated()) json.close(']');
 }
 
-void putFields(Json& json, const Reflected& message) {
+void putFields(JsonWriter& json, const Reflected& message) {
   for (int i = 0; i < message.GetDescriptor()->field_count(); ++i)
     putField(json, message, *message.GetDescriptor()->field(i));
 }
 // NOLINTEND(misc-no-recursion)
 
-void put(Json& json, const Status& status) {
+void put(JsonWriter& json, const Status& status) {
   putHeader(json, "status", status.header);
   const auto message = reflected(*status.message);
   for (int i = 0; i < statusDescriptor().field_count(); ++i) {
@@ -204,7 +204,7 @@ const char* nameOf(CameraFeature::Access access) {
 
 /// Returns false if the text is not such a number.
 template <typename Number>
-bool putNumber(Json& json, const std::string& text) {
+bool putNumber(JsonWriter& json, const std::string& text) {
   Number number{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc() || end != text.data() + text.size()) return false;
@@ -212,7 +212,7 @@ bool putNumber(Json& json, const std::string& text) {
   return true;
 }
 
-void putValue(Json& json, const char* key, const std::string& text, CameraFeature::Kind kind) {
+void putValue(JsonWriter& json, const char* key, const std::string& text, CameraFeature::Kind kind) {
   using Kind = CameraFeature::Kind;
   json.key(key);
   if (text.empty() && kind != Kind::kString) {
@@ -225,7 +225,7 @@ void putValue(Json& json, const char* key, const std::string& text, CameraFeatur
   }
 }
 
-void put(Json& json, const CameraFeature& feature) {
+void put(JsonWriter& json, const CameraFeature& feature) {
   json.open('{');
   json.key("name").string(feature.name);
   putValue(json, "value", feature.value, feature.kind);
@@ -244,7 +244,7 @@ void put(Json& json, const CameraFeature& feature) {
   json.close('}');
 }
 
-void put(Json& json, const CameraReport& report) {
+void put(JsonWriter& json, const CameraReport& report) {
   json.key("camera").string(report.camera);
   json.key("features").open('[');
   for (const CameraFeature& feature : report.features) put(json, feature);
@@ -254,7 +254,7 @@ void put(Json& json, const CameraReport& report) {
 
 template <typename Any>
 std::string object(const Any& any) {
-  Json json;
+  JsonWriter json;
   json.open('{');
   put(json, any);
   return json.close('}').take();
@@ -277,7 +277,7 @@ std::string toJson(const Message& message) {
 }
 
 std::string toJson(const ZeroResult& result) {
-  Json json;
+  JsonWriter json;
   json.open('{');
   identityFields(result.zero, pb::Zero(), member(json));
   json.key("markers_present").number(result.markersPresent);
@@ -292,7 +292,7 @@ std::string toJson(const CameraReport& report) {
 }
 
 std::string toJson(const std::string& step, const CalibrationReport& report) {
-  Json json;
+  JsonWriter json;
   json.open('{');
   json.key("step").string(step);
   json.key("figures").open('{');

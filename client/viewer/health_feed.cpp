@@ -1,7 +1,7 @@
 #include "client/viewer/health_feed.h"
 
+#include "base/json_writer.h"
 #include "client/show/health.h"
-#include "client/show/json_writer.h"
 
 namespace traction::view {
 
@@ -14,7 +14,7 @@ void HealthFeed::turn(bool isConnected, std::int64_t now_ns) {
   scene_.setConnected(isConnected, now_ns);
   if (now_ns - toldAt_ns_ < kPause_ns) return;
   const std::vector<client::Problem> problems = client::problems(scene_, now_ns);
-  client::Json json;
+  JsonWriter json;
   json.open('{').key("health").string(client::nameOf(client::healthOf(problems))).key("problems").open('[');
   for (const client::Problem& one : problems) json.string(one.what);
   std::string text = json.close(']').close('}').take();

@@ -1,8 +1,8 @@
 #include "client/viewer/playing.h"
 
+#include "base/json_writer.h"
 #include "client/files/failure.h"
 #include "client/files/recorded_sources.h"
-#include "client/show/json_writer.h"
 
 #include <pthread.h>
 
@@ -158,7 +158,7 @@ void Playing::pass(std::string_view topic, std::string_view bytes) {
 }
 
 void Playing::reportTime(double at_s, double speed) {
-  client::Json json;
+  JsonWriter json;
   json.open('{').key("begin_s").number(1e-9 * static_cast<double>(begin_ns_));
   json.key("length_s").number(1e-9 * static_cast<double>(end_ns_ - begin_ns_)).key("at_s").number(at_s);
   json.key("speed").number(speed).key("trouble").string(trouble_).close('}');

@@ -1,8 +1,8 @@
 #include "client/viewer/server.h"
 
+#include "base/json_writer.h"
 #include "base/printable.h"
 #include "client/files/failure.h"
-#include "client/show/json_writer.h"
 #include "client/show/receiver.h"
 #include "client/viewer/foxglove_server.h"
 #include "client/viewer/http_listener.h"
@@ -61,7 +61,7 @@ std::string unescaped(std::string_view path) {
 /// Returns the state of a recording.
 /// \param file its name; empty: none is being made
 Frame recorderFrame(const std::string& file, const std::string& account, const std::string& error) {
-  client::Json json;
+  JsonWriter json;
   json.open('{').key("file").string(file).key("account").string(account).key("error").string(error).close('}');
   return makeFrame("view/recorder", json.take());
 }
@@ -156,7 +156,7 @@ class Server {
 
   std::string sensors() const {
     const bool records = hasRecordings() && !options_.readOnly;
-    client::Json json;
+    JsonWriter json;
     json.open('{').key("version").string(TRACTION_VERSION).key("recordings").boolean(hasRecordings());
     json.key("flags").open('{');
     for (const client::FlagText& each : client::kFlagTexts) json.key(each.name).string(each.words);
@@ -190,7 +190,7 @@ class Server {
   bool hasRecordings() const { return !options_.recordings.empty(); }
 
   std::string recordings() const {
-    client::Json json;
+    JsonWriter json;
     json.open('{').key("recordings").open('[');
     for (const RecordingFile& each : recordingsIn(options_.recordings)) {
       if (printable(each.name) != each.name) continue;  // JSON is UTF-8

@@ -28,7 +28,6 @@
 #include <future>
 #include <map>
 #include <regex>
-#include <sstream>
 #include <utility>
 
 namespace traction::view {
@@ -109,32 +108,6 @@ std::string typeOf(std::string_view name) {
   static const std::regex kName("[a-z0-9-]{1,24}\\.(png|svg|toml)");
   std::cmatch match;
   return std::regex_match(name.begin(), name.end(), match, kName) ? kTypes.at(match[1]) : std::string();
-}
-
-/// Reads what traction-lens prints: lines of a name, a number, perhaps "+-" and its deviation, a unit; and notes.
-Json readReport(const std::string& output) {
-  Json figures = Json::array(), notes = Json::array();
-  std::istringstream lines(output);
-  for (std::string line; std::getline(lines, line);) {
-    if (line.empty() || line.starts_with("Written: ") || line.ends_with(":")) continue;
-    std::istringstream words(line);
-    std::string name, unit;
-    double value = 0.0;
-    if (!(words >> name) || name == "note:" || !(words >> value)) {
-      notes.push_back(line.substr(line.find_first_not_of(' ')));
-      continue;
-    }
-    Json figure = {{"name", name}, {"value", value}};
-    if (words >> unit && unit == "+-") {
-      double deviation = 0.0;
-      unit.clear();
-      words >> deviation >> unit;
-      figure["deviation"] = deviation;
-    }
-    figure["unit"] = unit;
-    figures.push_back(std::move(figure));
-  }
-  return {{"figures", figures}, {"notes", notes}};
 }
 
 std::string hashOfBytes(std::string_view bytes) {
@@ -472,21 +445,24 @@ std::string Setup::plain(std::string text) const {
   return text;
 }
 
-Json Setup::runLens(const std::vector<std::string>& arguments) const {
+Json Setup::runLens(std::vector<std::string> arguments) const {
+  arguments.emplace_back("--json");
   using How = tractiond::ChildEnd::How;
   const auto end = tractiond::runChild(arguments, {.program = lens_, .patience = kLensPatience}, stop_.get_token());
   if (end.how == How::kNotStarted) refuse(lens_.string() + " cannot be started; is traction-lens installed?");
   if (end.how == How::kStopped) refuse("cancelled");
   if (end.how != How::kExit) refuse("traction-lens did not come to an end");
-  if (end.code == 0) return readReport(plain(end.output));
-  std::string complaints;
-  std::istringstream lines(plain(end.errors));
-  for (std::string line; std::getline(lines, line);) {
-    constexpr std::string_view kProgram = "traction-lens: ";
-    if (line.starts_with(kProgram)) line.erase(0, kProgram.size());
-    complaints += (complaints.empty() ? "" : "\n") + line;
+  Json report = Json::parse(end.output, nullptr, false);
+  if (!report.is_object()) refuse("traction-lens failed: " + plain(end.errors));
+  for (const char* texts : {"notes", "faults"}) {
+    for (Json& text : report[texts]) text = plain(text.get<std::string>());
   }
-  refuse(complaints.empty() ? "traction-lens failed without a word" : complaints);
+  const Json all = report["faults"];
+  report.erase("faults");
+  if (end.code == 0) return report;
+  std::string faults;
+  for (const Json& fault : all) faults += (faults.empty() ? "" : "\n") + fault.get<std::string>();
+  refuse(faults);
 }
 
 Json Setup::fitLens(const Json& request) {

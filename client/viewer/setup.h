@@ -83,9 +83,9 @@ class Setup {
   std::string newBoard(const std::vector<std::string>& taken) const;
   void write(const std::string& name, const std::string& content) const;
   std::string plain(std::string text) const;
-  /// Runs traction-lens. Returns {"figures": [{"name", "value", "deviation", "unit"}], "notes": [text]}.
+  /// Runs traction-lens. Returns its report, with the files' names alone.
   /// \throws Error kRefused with all its complaints, a line each
-  Json runLens(const std::vector<std::string>& arguments) const;
+  Json runLens(std::vector<std::string> arguments) const;
   void keep(const std::string& step, Json result);
   Json kept(const char* step, const Json& otherwise) const;
   std::string fileHash(const std::string& name) const;

@@ -77,7 +77,7 @@ class CalibrateCommand : public Workplace {
 
   /// Refused with this one fault, and nothing written.
   void expectRefused(const std::string& where, const std::string& what, int code = EX_DATAERR) {
-    const Done done = calibrate(options);
+    const Done done = calibrate(options, report);
     ASSERT_FALSE(done);
     ASSERT_EQ(done.error().size(), 1U) << done.error()[0].message() << " and " << done.error().back().message();
     EXPECT_EQ(done.error()[0].where, where);
@@ -93,9 +93,8 @@ class CalibrateCommand : public Workplace {
 
 /// The viewer's page draws it around the pictures that were taken.
 TEST_F(CalibrateCommand, OneBoardIsToldWithItsOutline) {
-  testing::internal::CaptureStdout();
-  const Done done = findBoard(options.pictures[0], kBoard);
-  const std::string told = testing::internal::GetCapturedStdout();
+  const Done done = findBoard(options.pictures[0], kBoard, report);
+  const std::string told = report.text();
   ASSERT_TRUE(done);
   const auto corners = findCorners(Pictures::drawn().views[0], kBoard);
   ASSERT_TRUE(corners);
@@ -115,7 +114,7 @@ TEST_F(CalibrateCommand, OneBoardIsToldWithItsOutline) {
   EXPECT_NEAR(number("edge_px"), corners->edgeWidth_px, 1e-3);
 
   const std::string empty = spoil(cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)));
-  const Done none = findBoard(empty, kBoard);
+  const Done none = findBoard(empty, kBoard, report);
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error()[0].exitCode, EX_DATAERR);
   EXPECT_EQ(none.error()[0].where, empty);
@@ -131,7 +130,7 @@ TEST_F(CalibrateCommand, PicturesOfTwoCamerasAreToldApart) {
   take(options.pictures[1], views[1], "Maker-A (640 x 480 px, ReverseX = true)");
   expectRefused(options.pictures[1], "is of Maker-A (640 x 480 px, ReverseX = true), where others are of Maker-A (640");
   take(options.pictures[1], views[1], "");  // of another program: nothing is known of it
-  ASSERT_TRUE(calibrate(options));
+  ASSERT_TRUE(calibrate(options, report));
   EXPECT_EQ(sensor::loadGel(options.output)->measuredWith, "Maker-A (640 x 480 px)");
 }
 
@@ -143,7 +142,7 @@ TEST_F(CalibrateCommand, WritesTheLensIntoTheGelFile) {
   before.calibration = sensor::Calibration{};
   options.gel = path("in.toml");
   write(options.gel, sensor::gelText(before));
-  ASSERT_TRUE(calibrate(options));
+  ASSERT_TRUE(calibrate(options, report));
   const auto after = sensor::loadGel(options.output);
   ASSERT_TRUE(after) << after.error().what;
   EXPECT_EQ(after->gel.youngsModulus, before.gel.youngsModulus);
@@ -165,7 +164,7 @@ TEST_F(CalibrateCommand, WritesTheLensIntoTheGelFile) {
 TEST_F(CalibrateCommand, TakesThePictureSizeThatTheFileLeavesOut) {
   options.gel = path("plan.toml");
   write(options.gel, "format = 1\n[gel]\nyoungs_modulus_pa = 130000\n");
-  const Done done = calibrate(options);
+  const Done done = calibrate(options, report);
   ASSERT_TRUE(done) << done.error()[0].message();
   const auto after = sensor::loadGel(options.output);
   ASSERT_TRUE(after) << after.error().what;
@@ -186,9 +185,9 @@ TEST_F(CalibrateCommand, FindsAScaleThatDiffers) {
   for (const double believed : {1.035, 1.1}) {
     options.gel = path("in.toml");
     write(options.gel, "format = 1\n[camera]\naspect = " + std::to_string(believed) + "\n");
-    testing::internal::CaptureStdout();
-    const Done done = calibrate(options);
-    const std::string printed = testing::internal::GetCapturedStdout();
+    report = {};
+    const Done done = calibrate(options, report);
+    const std::string printed = report.text();
     ASSERT_TRUE(done) << done.error()[0].message();
     const char* said = believed == 1.1 ? "5.9 % smaller than camera.aspect = 1.1 says" : "residual_px";
     EXPECT_NE(printed.find(said), std::string::npos) << printed;
@@ -215,14 +214,14 @@ TEST_F(CalibrateCommand, WritesNoAspectThatMayBeTheBoards) {
   truth.aspect = 1.035;
   options.board = {7, 7, 10e-3};
   takeAgain();
-  const Done done = calibrate(options);
+  const Done done = calibrate(options, report);
   ASSERT_FALSE(done);
   EXPECT_NE(done.error()[0].what.find("do not tell whether the board's squares are oblong"), std::string::npos);
   EXPECT_NE(done.error()[0].what.find("(aspect 1.03"), std::string::npos) << done.error()[0].message();
   EXPECT_NE(done.error()[0].remedy.find("measure ten squares along both sides"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(options.output));
   options.boardIsMeasured = true;
-  ASSERT_TRUE(calibrate(options));
+  ASSERT_TRUE(calibrate(options, report));
   EXPECT_NEAR(sensor::loadGel(options.output)->camera.aspect, truth.aspect, 1e-3);
 }
 
@@ -271,8 +270,7 @@ TEST_F(CalibrateCommand, RefusesTooFew) {
 
 /// The same view again, with other noise, tells nothing new.
 TEST_F(CalibrateCommand, CountsEqualPicturesOnce) {
-  testing::internal::CaptureStdout();
-  ASSERT_TRUE(calibrate(options));
+  ASSERT_TRUE(calibrate(options, report));
   const sensor::Uncertainty once = sensor::loadGel(options.output)->uncertainty;
   for (const cv::Mat& view : Pictures::drawn().views) {
     add(view);
@@ -283,8 +281,8 @@ TEST_F(CalibrateCommand, CountsEqualPicturesOnce) {
     add(again);
   }
   options.force = true;
-  const Done done = calibrate(options);
-  const std::string printed = testing::internal::GetCapturedStdout();
+  const Done done = calibrate(options, report);
+  const std::string printed = report.text();
   ASSERT_TRUE(done) << done.error()[0].message();
   EXPECT_NE(printed.find("view17.png is left out: it shows the board where"), std::string::npos) << printed;
   const sensor::Uncertainty thrice = sensor::loadGel(options.output)->uncertainty;
@@ -307,7 +305,7 @@ TEST_F(CalibrateCommand, RefusesPicturesThatAreUpsideDown) {
     cv::rotate(half, half, cv::ROTATE_180);
     ASSERT_TRUE(writePicture(options.pictures[i], half));
   }
-  const Done done = calibrate(options);
+  const Done done = calibrate(options, report);
   ASSERT_FALSE(done);
   std::printf("  half of the board pictures turned by 180°: %s; right: refused\n", done.error()[0].message().c_str());
   EXPECT_NE(done.error()[0].what.find("are turned by 180 degrees against the others"), std::string::npos);
@@ -316,7 +314,7 @@ TEST_F(CalibrateCommand, RefusesPicturesThatAreUpsideDown) {
 
 TEST_F(CalibrateCommand, RefusesViewsFromTheFrontAlone) {
   for (const std::string& file : options.pictures) ASSERT_TRUE(writePicture(file, photograph(0.0, 0.02)));
-  const Done done = calibrate(options);
+  const Done done = calibrate(options, report);
   ASSERT_FALSE(done);
   std::printf("%s\n", done.error()[0].message().c_str());
   EXPECT_NE(done.error()[0].what.find("do not tell the focal length"), std::string::npos);
@@ -330,7 +328,7 @@ TEST_F(CalibrateCommand, NamesEveryPictureThatDoesNotServe) {
   std::filesystem::remove(options.pictures[5]);
   write(options.output, "what was there");
   options.force = true;
-  const Done done = calibrate(options);
+  const Done done = calibrate(options, report);
   ASSERT_FALSE(done);
   for (const auto& fault : done.error()) std::printf("%s\n", fault.message().c_str());
   ASSERT_EQ(done.error().size(), 2U);
@@ -351,7 +349,7 @@ TEST_F(CalibrateCommand, RefusesAGelFileOfAnotherCamera) {
 
 TEST_F(CalibrateCommand, SaysWhenItCannotWrite) {
   options.output = path("no/such/folder/out.toml");
-  const Done done = calibrate(options);
+  const Done done = calibrate(options, report);
   ASSERT_FALSE(done);
   EXPECT_EQ(done.error()[0].exitCode, EX_CANTCREAT);
 }

@@ -29,7 +29,7 @@ TEST_F(GelPictureCommands, AnotherScaleIsNamedWithTheValueToWrite) {
     truth.camera.rotation = within(0.03);
     writeGelFile(1.0);
     ASSERT_TRUE(writePicture(options.picture, photograph()));
-    const Done done = pose(options);
+    const Done done = pose(options, report);
     ASSERT_FALSE(done);
     const tractiond::Error& error = done.error()[0];
     EXPECT_NE(error.what.find("scale differs in x and y"), std::string::npos) << error.message();

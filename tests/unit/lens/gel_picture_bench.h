@@ -82,7 +82,7 @@ class GelPictureCommands : public Workplace {
   /// of which that of the position is below `mostDeviation` [m].
   void expectPosed(double mostDeviation = 2e-3) {
     std::filesystem::remove(options.output);
-    const Done done = pose(options);
+    const Done done = pose(options, report);
     ASSERT_TRUE(done) << done.error()[0].message();
     const auto found = sensor::loadGel(options.output);
     ASSERT_TRUE(found) << found.error().what;

@@ -28,7 +28,7 @@ TEST_F(GelPictureCommands, ALensOfAnotherCameraIsRefusedByName) {
     traction::client::writePng(options.picture, 640, 480, 3, rgb.data, with);
   };
   const auto expectRefused = [&](const std::string& with) {
-    const Done done = pose(options);
+    const Done done = pose(options, report);
     ASSERT_FALSE(done);
     EXPECT_EQ(done.error()[0].exitCode, EX_DATAERR);
     EXPECT_EQ(done.error()[0].what, "is of " + with + ", the lens of " + options.gel + " was measured with " + a);
@@ -69,7 +69,7 @@ TEST_F(GelPictureCommands, APoseThatFitsBadlyIsWrittenIfAskedFor) {
   printed_px = 1.0;
   ASSERT_TRUE(writePicture(options.picture, photograph()));
   write(options.gel, sensor::gelText(truth));
-  const Done refused = pose(options);
+  const Done refused = pose(options, report);
   ASSERT_FALSE(refused);
   const tractiond::Error& error = refused.error()[0];
   double left_px = 0.0, limit_px = 0.0, offered_px = 0.0;
@@ -85,9 +85,8 @@ TEST_F(GelPictureCommands, APoseThatFitsBadlyIsWrittenIfAskedFor) {
   ASSERT_EQ(std::sscanf(error.remedy.c_str() + at, "--accept-residual %lf", &offered_px), 1) << error.message();
   EXPECT_FALSE(std::filesystem::exists(options.output));
   options.acceptResidual_px = offered_px;
-  testing::internal::CaptureStdout();
-  const Done done = pose(options);
-  const std::string printed = testing::internal::GetCapturedStdout();
+  const Done done = pose(options, report);
+  const std::string printed = report.text();
   ASSERT_TRUE(done) << done.error()[0].message();
   EXPECT_NE(printed.find("warning: "), std::string::npos) << printed;
   const auto found = sensor::loadGel(options.output);
@@ -102,7 +101,7 @@ TEST_F(GelPictureCommands, MarkDrawsARingAroundEachMarker) {
     write(options.gel, sensor::gelText(truth));
     const cv::Mat plain = photograph();
     ASSERT_TRUE(writePicture(options.picture, plain));
-    const Done done = mark(options);
+    const Done done = mark(options, report);
     ASSERT_TRUE(done) << done.error()[0].message();
     const auto marked = readPicture(options.output);
     ASSERT_TRUE(marked);
@@ -147,7 +146,7 @@ TEST_F(GelPictureCommands, FewerMarkersThanAPoseNeedsAreCounted) {
   truth.layers[0].columns = truth.layers[0].rows = 7;
   write(options.gel, sensor::gelText(truth));
   ASSERT_TRUE(writePicture(options.picture, photograph()));
-  const Done done = pose(options);
+  const Done done = pose(options, report);
   ASSERT_FALSE(done);
   EXPECT_EQ(done.error()[0].what, "shows too few markers for a pose: 49");
 }
@@ -157,7 +156,7 @@ TEST_F(GelPictureCommands, WhatShowsNoGelIsRefused) {
   cv::Mat picture = photograph();
   const auto refuse = [&](const cv::Mat& spoilt, const std::string& what) {
     ASSERT_TRUE(writePicture(options.picture, spoilt));
-    const Done done = pose(options);
+    const Done done = pose(options, report);
     ASSERT_FALSE(done) << what;
     EXPECT_EQ(done.error()[0].where, options.picture);
     EXPECT_NE(done.error()[0].what.find(what), std::string::npos) << done.error()[0].message();
@@ -178,7 +177,7 @@ TEST_F(GelPictureCommands, WhatShowsNoGelIsRefused) {
   ASSERT_TRUE(writePicture(options.picture, picture));
   const std::string whole = content(options.picture);
   write(options.picture, whole.substr(0, generator() % whole.size()));
-  EXPECT_FALSE(pose(options));
+  EXPECT_FALSE(pose(options, report));
   EXPECT_FALSE(std::filesystem::exists(options.output));
 }
 

@@ -65,9 +65,8 @@ class GelPictureLook : public GelPictureCommands {
   template <typename Seen>
   void expectTrue(const Seen& seen) {
     options.force = true;
-    testing::internal::CaptureStdout();
-    const Done done = pose(options);
-    testing::internal::GetCapturedStdout();
+    report = {};
+    const Done done = pose(options, report);
     ASSERT_TRUE(done) << done.error()[0].message();
     const auto found = sensor::loadGel(options.output);
     ASSERT_TRUE(found) << found.error().what;
@@ -98,9 +97,9 @@ TEST_F(GelPictureLook, IsNamedAndWhatIsSaidMendsIt) {
       const auto asSeen = [&](const Eigen::Vector2d& place) { return changed(place, change); };
       const bool isStraight = *change.name == 0;
       options.force = true;
-      testing::internal::CaptureStdout();
-      const Done done = pose(options);
-      const std::string printed = testing::internal::GetCapturedStdout();
+      report = {};
+      const Done done = pose(options, report);
+      const std::string printed = report.text();
       std::printf("  picture %s%s: %s; right: %s\n", change.done, isRegular ? " of a regular gel" : "",
                   done ? "a pose" : done.error()[0].message().c_str(), isStraight ? "a pose" : change.name);
       if (isStraight || (isRegular && change.matrix[1] == -1 && change.matrix[2] == -1)) {
@@ -142,9 +141,7 @@ TEST_F(GelPictureLook, ExchangedColoursAreNamed) {
   cv::cvtColor(picture, picture, cv::COLOR_BGR2RGB);
   ASSERT_TRUE(writePicture(options.picture, picture));
   writeFile();
-  testing::internal::CaptureStdout();
-  const Done done = pose(options);
-  testing::internal::GetCapturedStdout();
+  const Done done = pose(options, report);
   ASSERT_FALSE(done);
   const std::string said = done.error()[0].message();
   std::printf("  picture with red and blue exchanged: %s; right: exchange colour\n", said.c_str());

@@ -65,7 +65,7 @@ TEST_F(OwnGel, OtherColumnsAndRowsAreRefusedUnlessForced) {
     file.camera.position.z() = 157e-3;
     write(options.gel, sensor::gelText(file));
     options.force = false;
-    const Done done = pose(options);
+    const Done done = pose(options, report);
     ASSERT_FALSE(done) << columns << " x " << rows;
     const std::string has = "the file has " + std::to_string(columns) + " x " + std::to_string(rows) + " grey markers";
     EXPECT_NE(done.error()[0].what.find(has), std::string::npos) << done.error()[0].message();
@@ -73,9 +73,8 @@ TEST_F(OwnGel, OtherColumnsAndRowsAreRefusedUnlessForced) {
     EXPECT_FALSE(std::filesystem::exists(options.output));
   }
   options.force = true;
-  testing::internal::CaptureStdout();
-  const Done done = pose(options);
-  EXPECT_NE(testing::internal::GetCapturedStdout().find("warning: the picture shows another gel"), std::string::npos);
+  const Done done = pose(options, report);
+  EXPECT_NE(report.text().find("warning: the picture shows another gel"), std::string::npos);
   EXPECT_TRUE(done) << done.error()[0].message();
 }
 
@@ -85,7 +84,7 @@ TEST_F(GelPictureCommands, AnotherDepthOfOneLayerIsRefused) {
   sensor::Sensor file = truth;
   file.layers[1].depth += 1.5e-3;
   write(options.gel, sensor::gelText(file));
-  const Done done = pose(options);
+  const Done done = pose(options, report);
   ASSERT_FALSE(done);
   EXPECT_NE(done.error()[0].what.find("check depth_mm"), std::string::npos) << done.error()[0].message();
 }
@@ -95,9 +94,8 @@ TEST_F(OwnGel, APitchThatMovesTheCameraIsToBeMeasured) {
   sensor::Sensor file = truth;
   file.layers[0].pitch *= 1.1;
   write(options.gel, sensor::gelText(file));
-  testing::internal::CaptureStdout();
-  const Done done = pose(options);
-  const std::string printed = testing::internal::GetCapturedStdout();
+  const Done done = pose(options, report);
+  const std::string printed = report.text();
   ASSERT_TRUE(done) << done.error()[0].message();
   EXPECT_NE(printed.find("note: the camera is 10 mm farther than in the gel file"), std::string::npos) << printed;
 }
@@ -107,22 +105,22 @@ TEST_F(OwnGel, AnExistingGelFileIsReplacedOnlyIfForced) {
   ASSERT_TRUE(writePicture(options.picture, photographGrey()));
   write(options.gel, sensor::gelText(truth));
   write(options.output, "# by hand\n");
-  const Done done = pose(options);
+  const Done done = pose(options, report);
   ASSERT_FALSE(done);
   EXPECT_EQ(done.error()[0].exitCode, EX_CANTCREAT);
   EXPECT_NE(done.error()[0].remedy.find("--force"), std::string::npos);
   EXPECT_EQ(content(options.output), "# by hand\n");
-  EXPECT_EQ(calibrate({.pictures = {}, .board = {}, .gel = {}, .output = options.output}).error()[0].exitCode,
+  EXPECT_EQ(calibrate({.pictures = {}, .board = {}, .gel = {}, .output = options.output}, report).error()[0].exitCode,
             EX_CANTCREAT);
   options.force = true;
-  EXPECT_TRUE(pose(options));
+  EXPECT_TRUE(pose(options, report));
   EXPECT_TRUE(sensor::loadGel(options.output));
 }
 
 TEST_F(OwnGel, ADarkPictureIsCalledDark) {
   write(options.gel, sensor::gelText(truth));
   ASSERT_TRUE(writePicture(options.picture, cv::Mat(1024, 1280, CV_8UC1, cv::Scalar(12))));
-  const Done done = pose(options);
+  const Done done = pose(options, report);
   ASSERT_FALSE(done);
   EXPECT_NE(done.error()[0].what.find("the picture is dark"), std::string::npos) << done.error()[0].message();
 }

@@ -2,9 +2,11 @@
 gel_picture_*_test.cpp.
 """
 
+import json
 import os
 import pathlib
 import subprocess
+import tempfile
 import unittest
 
 BIN = pathlib.Path(os.environ["TRACTION_BUILD"]) / "bin"
@@ -39,3 +41,14 @@ class CommandLine(unittest.TestCase):
                        "--square-mm is to be one or two lengths")
         self.check(["pose", "no.png", "--gel", "no.toml", "--output", "o"], 66, "no.toml")
         self.check(["sheet", "--output-dir", "/proc/none"], 73, "/proc/none/layer1.svg")
+
+    def test_programs_read_one_object(self):
+        with tempfile.TemporaryDirectory() as folder:
+            done = run("sheet", "--json", cwd=folder)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            report = json.loads(done.stdout)
+            self.assertEqual((report["figures"], report["faults"]), ([], []))
+            self.assertIn("print them without fitting", report["notes"][0])
+        done = run("--json", "board", "no\x1b.png", "--squares", "9x6")
+        self.assertEqual(done.returncode, 66)
+        self.assertIn("no\x1b.png", json.loads(done.stdout)["faults"][0])

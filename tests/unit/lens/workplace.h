@@ -1,6 +1,7 @@
 // Gives each test a folder of its own.
 #pragma once
 
+#include "lens/report.h"
 #include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -24,6 +25,7 @@ class Workplace : public testing::Test {
     std::ofstream(path, std::ios::binary) << bytes;
   }
 
+  Report report;
   const tractiond::test::TemporaryFolder folder_;
 };
 

@@ -88,15 +88,18 @@ export class Setup {
   /** Carries out a step, and resolves with its result. @param request null: asks what there is */
   ask(request) { return this.sensor.subscriber.setup(request); }
 
-  /** Carries out a step while its button is disabled. @returns its result; null: it failed, which `trouble` says */
+  /** Carries out a step while its button is disabled. @returns its result; null: it failed, which `trouble` says, and the
+   * error's code, its data-code */
   async run(button, request, trouble) {
     button.disabled = true;
     button.setAttribute("aria-busy", "true");
     trouble.textContent = "";
+    delete trouble.dataset.code;
     try {
       return await this.ask(request);
     } catch (error) {
       trouble.textContent = this.words(error);
+      trouble.dataset.code = error.code;
       return null;
     } finally {
       button.disabled = false;

@@ -25,7 +25,7 @@ export const zero = {
     const take = (anyway) => make("button", {class: anyway ? "" : "main", onclick: async (event) => {
       const reply = await setup.run(event.currentTarget, {do: "zero", anyway}, trouble);
       if (reply) show(setup.took("zero", reply)), trouble.replaceChildren();
-      else if (!anyway && /touch/.test(trouble.textContent)) trouble.append(" ", take(true));
+      else if (!anyway && trouble.dataset.code === "refused") trouble.append(" ", take(true));
     }}, anyway ? "Nothing touches it: take it anyway" : "Take the zero");
     const live = setup.livePicture();
     box.append(make("p", {}, "Take everything off the gel, leave it for some minutes at its temperature of use, and keep the table still. All forces count from here."), live.element, make("p", {}, take(false)), trouble, result);

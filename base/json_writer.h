@@ -14,14 +14,14 @@
 #include <utility>
 #include <vector>
 
-namespace traction::client {
+namespace traction {
 
 /// Appends values one after another and inserts commas. Does not check the structure; text must be valid UTF-8. Each
 /// function returns this object.
-class Json {
+class JsonWriter {
  public:
   /// Writes the key of the next value, within an object.
-  Json& key(std::string_view name) {
+  JsonWriter& key(std::string_view name) {
     separate();
     quote(name);
     text_ += ':';
@@ -31,7 +31,7 @@ class Json {
 
   /// Writes a number in the shortest form that reads back as the same number; null if it is not finite.
   template <typename Number>
-  Json& number(Number value) {
+  JsonWriter& number(Number value) {
     separate();
     if constexpr (std::is_floating_point_v<Number>) {
       if (!std::isfinite(value)) {
@@ -44,33 +44,33 @@ class Json {
     return *this;
   }
   /// Writes true or false.
-  Json& boolean(bool value) {
+  JsonWriter& boolean(bool value) {
     separate();
     text_ += value ? "true" : "false";
     return *this;
   }
   /// Writes a text in quotes; quotes, backslashes and what isCommand() are escaped.
-  Json& string(std::string_view value) {
+  JsonWriter& string(std::string_view value) {
     separate();
     quote(value);
     return *this;
   }
   /// Writes null.
-  Json& null() {
+  JsonWriter& null() {
     separate();
     text_ += "null";
     return *this;
   }
 
   /// Opens an object '{' or an array '['.
-  Json& open(char bracket) {
+  JsonWriter& open(char bracket) {
     separate();
     text_ += bracket;
     first_ = true;
     return *this;
   }
   /// Closes the object with '}' or the array with ']' that was opened last; whether it is that kind is not checked.
-  Json& close(char bracket) {
+  JsonWriter& close(char bracket) {
     text_ += bracket;
     first_ = false;
     return *this;
@@ -78,24 +78,24 @@ class Json {
 
   // Write arrays; booleans() writes 0 as false and any other number as true.
   template <typename Range>
-  Json& numbers(const Range& values) {
+  JsonWriter& numbers(const Range& values) {
     open('[');
     for (const auto& value : values) number(value);
     return close(']');
   }
-  Json& booleans(const std::vector<std::uint8_t>& values) {
+  JsonWriter& booleans(const std::vector<std::uint8_t>& values) {
     open('[');
     for (const auto value : values) boolean(value != 0);
     return close(']');
   }
-  Json& strings(const std::vector<std::string>& values) {
+  JsonWriter& strings(const std::vector<std::string>& values) {
     open('[');
     for (const std::string& value : values) string(value);
     return close(']');
   }
   /// Writes an array of arrays of numbers.
   template <typename Range>
-  Json& vectors(const Range& values) {
+  JsonWriter& vectors(const Range& values) {
     open('[');
     for (const auto& value : values) numbers(value);
     return close(']');
@@ -137,4 +137,4 @@ class Json {
   bool first_ = true;
 };
 
-}  // namespace traction::client
+}  // namespace traction
