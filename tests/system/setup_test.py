@@ -342,8 +342,11 @@ class Setup(TestCase):
                         {"do": "gel", "form": []}, {"do": "gel", "form": FORM | {"layers": [1]}}, ["no object"],
                         {"do": "camera", "name": "x" * 65, "value": "1"}):
             self.assertIsInstance(self.ask(request), str, request)
-        # This daemon's gel file is named in its configuration, and stays.
+        # A gel file that was not made here is none; and this daemon's is named in its configuration, and stays.
         (folder / "gel.toml").write_text((folder / "plan.toml").read_text())
+        self.assertIn("there is no gel.toml yet", self.ask({"do": "adopt"}))
+        self.step(do="gel", form=FORM)
+        self.step(do="pose")
         self.assertIn('set sensor.gel_file = "adopted"', self.ask({"do": "adopt"}))
         self.assertEqual(daemon.stop(), 0, daemon.output())
 
