@@ -1,5 +1,6 @@
 """tools/demo shows forces, and its record of them stays small. Opens its camera in a network namespace made here."""
 
+import contextlib
 import os
 import pathlib
 import subprocess
@@ -28,3 +29,6 @@ class Demo(unittest.TestCase):
         view = [size for size, line in zip(sizes, lines) if "lost" in line]
         self.assertLess(view[-1] - view[len(view) // 2], 1 << 16)
         self.assertEqual(os.listdir(scratch), [])
+        for process in pathlib.Path("/proc").glob("[0-9]*/environ"):
+            with contextlib.suppress(OSError):  # it has ended, or is another user's
+                self.assertNotIn(os.fsencode(scratch) + b"/traction-demo.", process.read_bytes(), process)
