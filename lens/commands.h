@@ -59,7 +59,7 @@ struct PoseOptions : PictureOptions {
 /// Estimates the camera's pose from one picture of the untouched gel and writes a gel file with camera, lens and the
 /// uncertainty of pose and focal length; that of principal point, k1 and k2 stays the file's. Errors: those of
 /// loadGel() and readPicture(); EX_DATAERR if the picture is of another camera than the lens, or of another cut of its
-/// picture, the markers are not found, are fewer than 50, no pose fits, the picture
+/// picture, the markers are not found, are fewer than 12, no pose fits, the picture
 /// shows other columns, rows or layers, or the residual is too large, as with another aspect, which it then states;
 /// EX_CANTCREAT, also for a file that exists.
 Done pose(const PoseOptions& options, Report& report);

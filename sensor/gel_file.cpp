@@ -133,6 +133,16 @@ void check(const auto& part, const Gel& gel, TomlTable& root, const char* name, 
   root.fail(name, "is missing, and the paper's " + std::string(found->first) + " " + found->second);
 }
 
+/// Returns the nodes of a gel whose file does not state them: over the markers. They are twice as fine where the
+/// markers lie so far apart that loads between them would be misplaced by what a coarse grid can hold.
+NodeGrid nodesOver(const MarkerLayer& markers) {
+  NodeGrid nodes{markers.columns, markers.rows, markers.pitch, markers.centre};
+  if (markers.pitch <= 2.0 * markers.depth) return nodes;
+  nodes.pitch *= 0.5;
+  for (int* count : {&nodes.columns, &nodes.rows}) *count = 2 * *count - 1;
+  return nodes;
+}
+
 void material(auto& table, bool body, Gel& gel) {
   if (body) {
     refuse(table, {"poisson_ratio", "width_mm", "height_mm"});
@@ -327,9 +337,11 @@ Sensor readSensor(TomlTable& root, bool body) {
       for (const MarkerLayer& layer : sensor.layers) check(layer, sensor.gel, root, "layers", nullptr);
     }
   }
-  auto nodes = root.table("nodes");
-  if (nodes) grid(*nodes, body, sensor.nodes);
-  if (!body) check(sensor.nodes, sensor.gel, root, "nodes", nodes ? &*nodes : nullptr);
+  if (!body && !sensor.layers.empty()) sensor.nodes = nodesOver(sensor.layers.front());
+  if (auto nodes = root.table("nodes")) {
+    grid(*nodes, body, sensor.nodes);
+    if (!body) check(sensor.nodes, sensor.gel, root, "nodes", &*nodes);
+  }
   auto camera = root.table("camera");
   if (camera) readCamera(*camera, sensor.camera, sensor.measuredWith);
   check(sensor.camera, sensor.gel, root, "camera", camera ? &*camera : nullptr);

@@ -8,6 +8,16 @@ int Sensor::markerCount() const {
   return count;
 }
 
+Uncertainty deviationsOf(const Sensor& sensor) {
+  Uncertainty all = sensor.uncertainty;
+  if (sensor.markerCount() >= kVerifying) return all;
+  constexpr double kUnverified = 2.0;
+  for (double* each : {&all.focal, &all.layerDepth, &all.markerDepth}) *each *= kUnverified;
+  all.position *= kUnverified;
+  all.rotation *= kUnverified;
+  return all;
+}
+
 Points markerPositions(const Sensor& sensor) {
   if (sensor.body) return sensor.body->markers;
   Points markers = markerPositions(sensor.layers);

@@ -103,6 +103,13 @@ struct Sensor {
   int markerCount() const;  ///< Returns M, the number of markers of all layers.
 };
 
+/// Number of markers from which on a rest picture verifies a gel file: in fewer, another lens or pose may go unnoticed.
+inline constexpr int kVerifying = 50;
+
+/// Returns the deviations of a sensor: those of its gel file, of camera and layers twice those if it has fewer markers
+/// than kVerifying.
+Uncertainty deviationsOf(const Sensor& sensor);
+
 // These return positions (gel frame [m]) of markers (3 x M) and nodes (3 x N), unit normals into the body (3 x N) and
 // areas (N [m^2]) of nodes: those of the body, or else of the block's layers, with `scatter`, and grid. A block's
 // normals are +z and its areas the squared pitch.

@@ -81,7 +81,8 @@ std::vector<Problem> problems(const Scene& scene, std::int64_t now_ns) {
   if (trouble.what.empty()) {
     for (const FlagText& flag : kFlagTexts) {
       if ((scene.recentFlags(now_ns) & flag.flag) == 0 || (!all.empty() && all.front().what == flag.words)) continue;
-      add(all, flag.flag == kZeroUnverified ? Health::kMeasuring : Health::kDoubtful, flag.words);
+      add(all, flag.flag == kZeroUnverified || flag.flag == kGelUnverified ? Health::kMeasuring : Health::kDoubtful,
+          flag.words);
     }
   }
   if (scene.status) addDoubts(*scene.status->message, trouble.what, all);

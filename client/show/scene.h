@@ -110,9 +110,10 @@ struct FlagText {
   const char* words;  ///< for people
 };
 /// Most important first.
-inline constexpr std::array<FlagText, 11> kFlagTexts = {{
+inline constexpr std::array<FlagText, 12> kFlagTexts = {{
     {kDoubtedOrigin, "doubted_origin", "perhaps not the camera's picture: its packets came twice"},
     {kZeroUnverified, "zero_unverified", "zero not verified"},
+    {kGelUnverified, "gel_unverified", "too few markers to verify the gel file"},
     {kFewMarkers, "few_markers", "too few markers"},
     {kReacquiring, "reacquiring", "markers labelled anew"},
     {kTorn, "torn", "picture torn"},

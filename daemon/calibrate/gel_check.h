@@ -13,8 +13,8 @@ namespace tractiond::calibrate {
 /// Fits the camera's pose and distortion, and the second layer's place and depth, to the markers' places, and compares
 /// them with the sensor's and its [uncertainty]. If a large residual remains, tries another aspect (seenAspect); if
 /// that explains the places, the report has its finding and those of `seen` alone. If no camera of any aspect explains
-/// the places, or too few markers are present or agree, it has those of `seen` alone, and a remark. Takes tens of
-/// milliseconds. Reentrant.
+/// the places, or too few markers are present or agree, it has those of `seen` alone, and a remark if the sensor has as
+/// many markers as verify it. Takes tens of milliseconds. Reentrant.
 /// \param place_px 2 M, as in RestPose
 /// \param present M; 0: the marker is ignored
 /// \param seen one per layer; empty: not known

@@ -18,7 +18,7 @@ struct GeometryOptions {
   double outlier = 5.0;     ///< deviations; markers beyond (dust, a misplaced one) are not used
   double allowance_px =
       0.02;             ///< error of a lens that k1 and k2 do not describe; as large as the effect of a touch of 10 gf
-  int fewest = 50;      ///< markers; fewer do not determine the lens
+  int fewest = 12;      ///< markers; fewer do not determine the pose
   int iterations = 60;  ///< at most; with a touch many are needed, without one five
 };
 

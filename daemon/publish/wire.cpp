@@ -32,6 +32,7 @@ static_assert(static_cast<int>(pb::FLAG_GEL_MISMATCH) == kGelMismatch);
 static_assert(static_cast<int>(pb::FLAG_DOUBTED_ORIGIN) == kDoubtedOrigin);
 static_assert(static_cast<int>(pb::FLAG_NOT_SOLVED) == kNotSolved);
 static_assert(static_cast<int>(pb::FLAG_RECOVERING) == kRecovering);
+static_assert(static_cast<int>(pb::FLAG_GEL_UNVERIFIED) == kGelUnverified);
 static_assert(static_cast<int>(pb::METHOD_CONTACT) == static_cast<int>(Method::kContact));
 static_assert(static_cast<int>(pb::Solution_MAX) == static_cast<int>(Solution::kLinear));
 static_assert(static_cast<int>(pb::CaptureBound_MAX) == static_cast<int>(CaptureBound::kLatest));

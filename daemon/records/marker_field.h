@@ -30,6 +30,7 @@ enum Flags : std::uint32_t {
   /// The gel has yet to recover from earlier loads, by more or less than is known, or heat may have bent it: what it
   /// shows of that is not told apart from a force as small.
   kRecovering = 1U << 10,
+  kGelUnverified = 1U << 11,  ///< the gel has fewer markers than verify its gel file: sensor::kVerifying
 };
 
 /// The rest pose: the place and the appearance of each marker of the unloaded gel in the picture. M is the number of

@@ -21,7 +21,7 @@ constexpr int kCameraNumbers = 7;
 /// The camera a deviation elsewhere; nothing where that deviation is 0.
 sensor::Camera strayed(const sensor::Sensor& sensor, int number) {
   sensor::Camera camera = sensor.camera;
-  const sensor::Uncertainty& by = sensor.uncertainty;
+  const sensor::Uncertainty by = sensor::deviationsOf(sensor);
   if (number < 3)
     camera.position[number] += by.position[number];
   else if (number < 6)
@@ -161,7 +161,7 @@ Strays straysOf(const sensor::Sensor& sensor, const SolveOptions& options) {
   constexpr int kDegree = 6;       // a derivative need not be right to more than a hundredth
   constexpr double kSmall = 0.01;  // difference for derivatives
   using sensor::elastic::toImage;
-  const sensor::Uncertainty& by = sensor.uncertainty;
+  const sensor::Uncertainty by = sensor::deviationsOf(sensor);
   const sensor::Points markers = sensor::markerPositions(sensor);
   Strays strays = ofNineNodes(sensor);
   // Displacements by unit forces at the nodes [m/N].

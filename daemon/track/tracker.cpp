@@ -131,8 +131,9 @@ void Tracker::write(const FrameInfo& info, bool relabelled, MarkerField& field) 
   const bool few = field.validCount < options_.minValidFraction * markers_;
   agreeing_ = !few && square < kAgreement * kAgreement * expected ? agreeing_ + 1 : 0;
   if (zeroWasRequested_ && agreeing_ >= kAgreeingFrames) verified_ = true;
-  field.flags = (verified_ ? 0U : kZeroUnverified) | (few ? kFewMarkers : 0U) | (relabelled ? kReacquiring : 0U) |
-                (follower_.torn() ? kTorn : 0U) | (info.doubted ? kDoubtedOrigin : 0U) |
+  field.flags = (verified_ ? 0U : kZeroUnverified) | (markers_ < sensor::kVerifying ? kGelUnverified : 0U) |
+                (few ? kFewMarkers : 0U) | (relabelled ? kReacquiring : 0U) | (follower_.torn() ? kTorn : 0U) |
+                (info.doubted ? kDoubtedOrigin : 0U) |
                 (follower_.latticesFit() && (verdict_.zero != zero_ || verdict_.fits) ? 0U : kGelMismatch);
 }
 

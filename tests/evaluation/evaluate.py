@@ -9,6 +9,7 @@ import bodies
 import contacts
 import coverage
 import creep
+import few
 import grasp
 import heat
 import instrument
@@ -47,11 +48,12 @@ EXPERIMENTS = {  # in the order of the page
     "calibration": instrument.calibration,
     "centres": instrument.centres,
     "markers": markers.markers,
+    "few": few.few,
     "bodies": bodies.bodies,
 }
 ORDER = list(EXPERIMENTS)
 
-SLOW = {"separation", "bias", "coverage", "wrench", "shapes", "answers", "slip", "points", "grasp", "strokes", "bodies"}  # not in --quick, but by name: nothing is judged there
+SLOW = {"separation", "bias", "coverage", "wrench", "shapes", "answers", "slip", "points", "grasp", "strokes", "few", "bodies"}  # not in --quick, but by name: nothing is judged there
 
 # Paths on which the figures of an experiment depend, besides its own module; DAEMON where it is not listed.
 DAEMON = ["daemon/solve", "daemon/track", "sensor", "twin", "tests/evaluation/chain.cpp", "tests/evaluation/chain.py"]
@@ -64,6 +66,7 @@ OWN = {
     "markers": ["daemon/track", "twin", "tests/evaluation/markers.cpp"],
     "slip": [*DAEMON, "touch", "tests/evaluation/slides.py", "tests/evaluation/slip_sequences.py"],
     "shapes": [*DAEMON, "tests/evaluation/limits.py"],
+    "few": [*DAEMON, "tests/evaluation/shapes.py", "tests/evaluation/unseen.py"],
     "bodies": [*DAEMON, "gel", "tests/evaluation/fingertip.py"],
     "creep": [*DAEMON, "daemon/calibrate"],
     "heat": [*DAEMON, "daemon/calibrate"],

@@ -7,7 +7,7 @@ import traction
 
 
 def reading(field: traction.Field) -> str:
-    doubt = field.header.flags & ~traction.Flag.ZERO_UNVERIFIED.value
+    doubt = field.header.flags & ~(traction.Flag.ZERO_UNVERIFIED | traction.Flag.GEL_UNVERIFIED).value
     doubts = f"   ! {doubt.name}" if doubt else ""
     if not field.valid:
         return f"no force{doubts}"

@@ -2,7 +2,7 @@
 
 Dead man's rule. The axis stops, and stays so until a person starts this anew, when
   stale     no field came for 50 ms, or the newest is older than that
-  flagged   a field is not valid, or carries any flag but ZERO_UNVERIFIED
+  flagged   a field is not valid, or carries any flag but ZERO_UNVERIFIED and GEL_UNVERIFIED
   lost      more than 3 frames passed between two fields, or the daemon, its sensor or its zero is another one
 and when anything raises. It runs on the daemon's host: only there do both read the same clock.
 
@@ -43,7 +43,7 @@ class Hold:
         self.last = header
         if now_ns - header.received_ns > 1e9 * LONGEST_S:
             return f"stale: the newest field is {1e-6 * (now_ns - header.received_ns):.0f} ms old"
-        doubts = header.flags & ~traction.Flag.ZERO_UNVERIFIED.value  # those of a later daemon, too
+        doubts = header.flags & ~(traction.Flag.ZERO_UNVERIFIED | traction.Flag.GEL_UNVERIFIED).value  # those of a later daemon, too
         if doubts or not field.valid:
             return f"flagged: {doubts.name or int(doubts) or 'not valid'}"
         if last is None:

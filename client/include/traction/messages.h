@@ -38,6 +38,7 @@ enum Flag : std::uint32_t {
   /// The gel has yet to recover from earlier loads, or heat may have bent it: a force as small as what is not known of
   /// that is not stated.
   kRecovering = 1024,
+  kGelUnverified = 2048,  ///< the gel has too few markers to verify its gel file; deviations are wider
 };
 
 /// A 3 x 3 matrix, row by row, indices in the order x, y, z.

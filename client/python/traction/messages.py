@@ -29,6 +29,7 @@ class Flag(enum.IntFlag):
     DOUBTED_ORIGIN = 256  # packets came twice: they may be another sender's
     NOT_SOLVED = 512  # no model of an earlier frame holds, and this one was not solved in time: the field is not valid
     RECOVERING = 1024  # the gel has yet to recover from earlier loads: a force as small as what is not known of that is not stated
+    GEL_UNVERIFIED = 2048  # the gel has too few markers to verify its gel file: deviations are wider
 
 
 class CaptureBound(enum.Enum):

@@ -79,6 +79,23 @@ TEST(GelCheck, MarkersOffTheirGridAreAnAlarmUnlessTheFileSaysSo) {
   EXPECT_TRUE(again->fits()) << again->remark;
 }
 
+/// Sixteen markers tell of their pitch and of where the camera is.
+TEST(GelCheck, FewMarkersFitTheirFileAndContradictAnothers) {
+  sensor::Sensor file;
+  file.layers.resize(1);
+  file.layers[0].columns = file.layers[0].rows = 4;
+  file.layers[0].pitch = 15e-3;
+  file.layers[0].diameter = 2e-3;
+  const auto report = checked(file, file);
+  ASSERT_TRUE(report);
+  EXPECT_TRUE(report->fits()) << report->remark;
+  sensor::Sensor other = file;
+  other.layers[0].pitch = 16e-3;
+  const auto wrong = checked(file, other);
+  ASSERT_TRUE(wrong);
+  EXPECT_TRUE(find(*wrong, "pitch_mm").contradicts) << wrong->remark;
+}
+
 TEST(GelCheck, AGelAsUncertainAsItsFileSaysIsNoAlarm) {
   constexpr unsigned kSeed = 4711;
   constexpr int kGels = 30;

@@ -123,7 +123,7 @@ TEST(GeometryFit, NoticesATouch) {
 
 TEST(GeometryFit, RefusesTooFewMarkers) {
   Seen seen = rest(mounted());
-  std::fill(seen.valid.begin() + 40, seen.valid.end(), std::uint8_t{0});
+  std::fill(seen.valid.begin() + 11, seen.valid.end(), std::uint8_t{0});
   EXPECT_EQ(fitGeometry({}, seen.value_px, seen.valid).outcome, Geometry::Outcome::kFewMarkers);
 }
 

@@ -141,14 +141,22 @@ TEST_F(GelPictureCommands, DarkDotsInAGreyPicture) {
   EXPECT_FALSE(findMarkers(picture, truth));
 }
 
-TEST_F(GelPictureCommands, FewerMarkersThanAPoseNeedsAreCounted) {
+TEST_F(GelPictureCommands, FourByFourMarkersTellAPose) {
   truth.layers.resize(1);
-  truth.layers[0].columns = truth.layers[0].rows = 7;
+  sensor::MarkerLayer& layer = truth.layers[0];
+  layer.pitch = 12e-3;
+  layer.diameter = 2e-3;
+  layer.columns = layer.rows = 3;
   write(options.gel, sensor::gelText(truth));
   ASSERT_TRUE(writePicture(options.picture, photograph()));
   const Done done = pose(options, report);
   ASSERT_FALSE(done);
-  EXPECT_EQ(done.error()[0].what, "shows too few markers for a pose: 49");
+  EXPECT_EQ(done.error()[0].what, "cannot be searched: a marker layer of fewer than 4 x 4 markers");
+
+  layer.columns = layer.rows = 4;
+  ASSERT_TRUE(writePicture(options.picture, photograph()));
+  writeGelFile(truth.camera.aspect);
+  expectPosed(0.1);
 }
 
 TEST_F(GelPictureCommands, WhatShowsNoGelIsRefused) {

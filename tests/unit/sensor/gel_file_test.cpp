@@ -166,6 +166,20 @@ TEST(GelFile, ImpossibleWindowsAreRejected) {
   }
 }
 
+TEST(GelFile, NodesThatAreNotStatedFollowTheMarkers) {
+  const auto nodes = [](const std::string& layer) {
+    return parseGel("format = 1\n[[layers]]\ncolour = \"blue\"\ncolumns = 5\nrows = 4\ncentre_mm = [1, 2]\n" + layer,
+                    "gel.toml")
+        .value()
+        .nodes;
+  };
+  const sensor::NodeGrid near = nodes("pitch_mm = 12\ndepth_mm = 6\n"), far = nodes("pitch_mm = 15\ndepth_mm = 6\n");
+  EXPECT_EQ(std::tuple(near.columns, near.rows, near.pitch), std::tuple(5, 4, 12e-3));
+  EXPECT_EQ(near.centre, Eigen::Vector2d(1e-3, 2e-3));
+  EXPECT_EQ(std::tuple(far.columns, far.rows, far.pitch), std::tuple(9, 7, 7.5e-3));
+  EXPECT_EQ(nodes("pitch_mm = 12\ndepth_mm = 6\n[nodes]\ncolumns = 3\n").columns, 3);
+}
+
 TEST(GelFile, DefaultsThatDoNotFitAreSaid) {
   const FileError error = fault("format = 1\n[gel]\nthickness_mm = 5\n");
   EXPECT_EQ(error.what, "layers is missing, and the paper's depth_mm places markers outside the gel");

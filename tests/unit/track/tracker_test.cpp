@@ -39,6 +39,22 @@ TEST(Tracker, AllocatesNothingButWhereItLearnsWhatMarkersLookLike) {
   }
 }
 
+TEST(Tracker, SaysWhenTheMarkersAreTooFewToVerifyTheGelFile) {
+  for (const int side : {5, 8}) {
+    sensor::Sensor sensor;
+    sensor.layers.resize(1);
+    sensor.layers[0].columns = sensor.layers[0].rows = side;
+    sensor.layers[0].pitch = 9e-3;
+    Scene scene({}, twin::Format::kRgb8, sensor);
+    Tracking tracking(scene);
+    ASSERT_TRUE(tracking.start(scene));
+    tracking(scene.shoot());
+    EXPECT_EQ(tracking.field.validCount, side * side);
+    EXPECT_EQ((tracking.field.flags & kGelUnverified) != 0, side * side < sensor::kVerifying);
+    EXPECT_EQ(tracking.field.flags & kGelMismatch, 0U);
+  }
+}
+
 TEST(Tracker, RowsMayBePadded) {
   Scene scene;
   Tracking tracking(scene);
