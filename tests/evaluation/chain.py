@@ -104,7 +104,7 @@ def job(**contents):
 def call(program, *words):
     """Runs one of the evaluation's programs. Returns what it printed."""
     command = [str(word) for word in (BUILD / "bin" / f"evaluation_{program}", *words)]
-    ran = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "2"})
+    ran = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
     if ran.returncode:
         raise RuntimeError(f"{' '.join(command)}: {ran.stderr}")
     return ran.stdout

@@ -1,6 +1,10 @@
 """What tools/evaluate runs: prints each figure beside its target; without --quick writes docs/accuracy.md as well."""
 
 import argparse
+import concurrent.futures
+import contextlib
+import io
+import os
 import sys
 import time
 
@@ -53,6 +57,7 @@ EXPERIMENTS = {  # in the order of the page
 }
 ORDER = list(EXPERIMENTS)
 
+TIMED = {"bodies"}  # measures how long frames take: by itself
 SLOW = {"separation", "bias", "coverage", "wrench", "shapes", "answers", "slip", "points", "grasp", "strokes", "few", "bodies"}  # not in --quick, but by name: nothing is judged there
 
 # Paths on which the figures of an experiment depend, besides its own module; DAEMON where it is not listed.
@@ -79,6 +84,26 @@ def sources(name):
     return [f"tests/evaluation/{EXPERIMENTS[name].__module__}.py", *OWN.get(name, DAEMON)]
 
 
+def evaluate(name, quick, drawn):
+    """Returns the report of an experiment, with its text for the page, and what it printed."""
+    begin = time.monotonic()
+    page = report.Report(name, quick, drawn, sources(name))
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        EXPERIMENTS[name](page, quick)
+        text = page.finish()
+    return page.missed, page.failed, text, printed.getvalue() + f"({name}: {time.monotonic() - begin:.0f} s)"
+
+
+def side_by_side(names, *how):
+    """Yields the name and evaluate() of each, as they end: as many at a time as there are processors, the slow ones first."""
+    with concurrent.futures.ProcessPoolExecutor(os.cpu_count()) as pool:
+        names = sorted(names, key=lambda name: name not in SLOW)
+        for together in ([name for name in names if name not in TIMED], [name for name in names if name in TIMED]):
+            running = {pool.submit(evaluate, name, *how): name for name in together}
+            for ended in concurrent.futures.as_completed(running):
+                yield running[ended], ended.result()
+
+
 def main():
     parser = argparse.ArgumentParser(prog="tools/evaluate")
     parser.error = lambda what: parser.exit(64, f"evaluate: {what}; see tools/evaluate --help\n")
@@ -89,23 +114,19 @@ def main():
     parser.add_argument("--stale", action="store_true", help="those whose sources have changed since the commit that the page names")
     parser.add_argument("--seed", type=int, default=seed.fresh(), help="of the loads drawn at random")
     arguments = parser.parse_args()
-    missed, failed, sections = [], False, {}
+    missed, failed = [], False
     if arguments.stale:
         old = report.stale()
         arguments.only = [name for name in arguments.only if name in old]
         print("Stale:", ", ".join(arguments.only) or "none", flush=True)
-    for name in arguments.only:
-        if arguments.quick and arguments.only == ORDER and name in SLOW:
-            continue
-        begin = time.monotonic()
-        page = report.Report(name, arguments.quick, arguments.seed, sources(name))
-        EXPERIMENTS[name](page, arguments.quick)
-        print(f"({time.monotonic() - begin:.0f} s)", flush=True)
-        missed += page.missed
-        failed |= page.failed
-        sections[name] = page.finish()
-    if not arguments.quick:
-        report.rewrite_page(ORDER, sections)
+    if arguments.quick and arguments.only == ORDER:
+        arguments.only = [name for name in ORDER if name not in SLOW]
+    for name, (lacking, bad, text, printed) in side_by_side(arguments.only, arguments.quick, arguments.seed):
+        print(printed, flush=True)
+        missed += lacking
+        failed |= bad
+        if not arguments.quick:  # at once: what is interrupted goes on with --stale
+            report.rewrite_page(ORDER, {name: text})
     if missed:
         print("\nMissed:", "; ".join(missed))
     return int(arguments.quick and failed)
