@@ -20,6 +20,7 @@ import instrument
 import markers
 import paper
 import points
+import real
 import report
 import resultants
 import seed
@@ -54,8 +55,10 @@ EXPERIMENTS = {  # in the order of the page
     "markers": markers.markers,
     "few": few.few,
     "bodies": bodies.bodies,
+    "real": real.real,
 }
 ORDER = list(EXPERIMENTS)
+OWN_PICTURES = [name for name in ORDER if name != "real"]
 
 TIMED = {"bodies"}  # measures how long frames take: by itself
 SLOW = {"separation", "bias", "coverage", "wrench", "shapes", "answers", "slip", "points", "grasp", "strokes", "few", "bodies"}  # not in --quick, but by name: nothing is judged there
@@ -74,6 +77,7 @@ OWN = {
     "few": [*DAEMON, "tests/evaluation/shapes.py", "tests/evaluation/unseen.py"],
     "bodies": [*DAEMON, "gel", "tests/evaluation/fingertip.py"],
     "creep": [*DAEMON, "daemon/calibrate"],
+    "real": ["daemon/solve", "daemon/track", "daemon/calibrate", "sensor"],
     "heat": [*DAEMON, "daemon/calibrate"],
     "surface": [*DAEMON, "client/viewer/page/src/round.js", "tests/evaluation/surface.mjs"],
     "large_strain": [*DAEMON, "tests/evaluation/indentation.py"],
@@ -109,17 +113,23 @@ def main():
     parser.error = lambda what: parser.exit(64, f"evaluate: {what}; see tools/evaluate --help\n")
     parser.add_argument("--quick", action="store_true", help="fewer trials, no page")
     parser.add_argument(
-        "--only", nargs="*", choices=ORDER, default=ORDER, help="anew; the page keeps its other sections"
+        "--only", nargs="*", choices=ORDER, default=OWN_PICTURES, help="anew; the page keeps its other sections"
     )
     parser.add_argument("--stale", action="store_true", help="those whose sources have changed since the commit that the page names")
     parser.add_argument("--seed", type=int, default=seed.fresh(), help="of the loads drawn at random")
-    arguments = parser.parse_args()
+    words = sys.argv[1:]
+    after = words.index("real") + 1 if "real" in words else len(words)
+    folder = words.pop(after) if after < len(words) and words[after] not in EXPERIMENTS else None  # of pictures that others own
+    arguments = parser.parse_args(words)
+    if "real" in arguments.only and not folder:
+        parser.error("--only real needs the folder of the sets of pictures, as in --only real FOLDER")
+    real.folder = folder
     missed, failed = [], False
     if arguments.stale:
         old = report.stale()
-        arguments.only = [name for name in arguments.only if name in old]
+        arguments.only = [name for name in arguments.only if name in old and (name != "real" or folder)]
         print("Stale:", ", ".join(arguments.only) or "none", flush=True)
-    if arguments.quick and arguments.only == ORDER:
+    if arguments.quick and arguments.only == OWN_PICTURES:
         arguments.only = [name for name in ORDER if name not in SLOW]
     for name, (lacking, bad, text, printed) in side_by_side(arguments.only, arguments.quick, arguments.seed):
         print(printed, flush=True)
