@@ -12,6 +12,8 @@ namespace {
 constexpr int kWindowFrames = 10;      // of a window at least
 constexpr double kFollow_s = 20.0;     // time constant of the drift
 constexpr double kBulge_px = 0.003;    // bulge that is no touch: 10 K leave 0.0024 px, 5 gf show 0.015 px or more
+constexpr double kTouch_px = 0.05;     // bulge that is a touch, however much the markers scatter: a touch scatters them
+constexpr double kMostChange = 3.0;    // deviation over a window, in stated ones, beyond which something came or went
 constexpr double kLargestDrift = 5.0;  // beyond which there is a warning, in deviations of the picture's motion
 
 /// Returns how far a motion displaces the edge of the picture.
@@ -76,6 +78,7 @@ ZeroTracking::ZeroTracking(const sensor::Sensor& sensor, bool follows)
     , bulges_(sensor)
     , drift_px_(2 * static_cast<std::size_t>(sensor.markerCount()))
     , mean_px_(drift_px_.size())
+    , change_px_(drift_px_.size())
     , shown_(drift_px_.size() / 2)
     , enough_(shown_.size())
     , smooth_px_(drift_px_.size()) {}
@@ -117,33 +120,71 @@ void ZeroTracking::watch(const MarkerField& field) {
   if (zero_ == Id{} || (field.flags & (kFewMarkers | kTorn)) != 0) return;
   const std::int64_t now_ns = field.info.times.received_ns;
   if (frames_ == 0) {
-    std::ranges::fill(mean_px_, 0.0F);
+    for (auto* sums : {&mean_px_, &change_px_}) std::ranges::fill(*sums, 0.0F);
     std::ranges::fill(shown_, 0);
+    shift_px_.setZero();
+    variance_px2_ = 0.0;
     from_ns_ = now_ns;
   }
-  ++frames_;
-  for (std::size_t marker = 0; marker < shown_.size(); ++marker) {
-    if (field.valid[marker] == 0) continue;
-    ++shown_[marker];
-    for (const std::size_t i : {2 * marker, 2 * marker + 1}) {
-      mean_px_[i] += field.elastic_px[i] - (follows_ ? 0.0F : drift_px_[i]);
-    }
-  }
+  add(field);
   if (frames_ < kWindowFrames || seconds(from_ns_, now_ns) < kWindow_s) return;
   endWindow(field.info);
   frames_ = 0;
 }
 
+/// Adds a frame to the window. Its mean displacement counts apart from the others: vibration is no touch.
+void ZeroTracking::add(const MarkerField& field) {
+  const auto left_px = [&](std::size_t i) { return field.elastic_px[i] - (follows_ ? 0.0F : drift_px_[i]); };
+  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();
+  double variance_px2 = 0.0;
+  int valid = 0;
+  for (std::size_t marker = 0; marker < shown_.size(); ++marker) {
+    if (field.valid[marker] == 0) continue;
+    shift_px += Eigen::Vector2d(left_px(2 * marker), left_px(2 * marker + 1));
+    variance_px2 += double{field.variance_px2[marker]};
+    ++valid;
+  }
+  if (valid == 0) return;
+  shift_px /= valid;
+  ++frames_;
+  shift_px_ += shift_px;
+  variance_px2_ += variance_px2 / valid;
+  for (std::size_t marker = 0; marker < shown_.size(); ++marker) {
+    if (field.valid[marker] == 0) continue;
+    ++shown_[marker];
+    for (const std::size_t i : {2 * marker, 2 * marker + 1}) {
+      const float beside_px = left_px(i) - static_cast<float>(shift_px[static_cast<Eigen::Index>(i % 2)]);
+      mean_px_[i] += beside_px;
+      change_px_[i] += beside_px * beside_px;
+    }
+  }
+}
+
+/// Returns whether neighbouring markers agree that they moved within the window by more than noise. Heat takes minutes.
+bool ZeroTracking::changed() {
+  const double noise_px = std::sqrt(2.0 * variance_px2_ / frames_);
+  return bulges_({change_px_, enough_}, 0.0).size_px > kMostChange * noise_px;
+}
+
 void ZeroTracking::endWindow(const FrameInfo& last) {
+  const Eigen::Vector2f shift_px = (shift_px_ / frames_).cast<float>();
   for (std::size_t marker = 0; marker < shown_.size(); ++marker) {
     enough_[marker] = 2 * shown_[marker] >= frames_ ? 1 : 0;
     for (const std::size_t i : {2 * marker, 2 * marker + 1}) {
-      mean_px_[i] = enough_[marker] != 0 ? mean_px_[i] / static_cast<float>(shown_[marker]) : 0.0F;
+      if (enough_[marker] == 0) {
+        mean_px_[i] = 0.0F;
+        continue;
+      }
+      const auto count = static_cast<float>(shown_[marker]);
+      mean_px_[i] /= count;
+      change_px_[i] = std::sqrt(std::max(change_px_[i] / count - mean_px_[i] * mean_px_[i], 0.0F));
+      mean_px_[i] += shift_px[static_cast<Eigen::Index>(i % 2)];
     }
   }
-  if (!smooth_({mean_px_, enough_}, smooth_px_)) return;
+  if (changed() || !smooth_({mean_px_, enough_}, smooth_px_)) return;
   for (std::size_t i = 0; i < mean_px_.size(); ++i) mean_px_[i] -= smooth_px_[i];
-  if (bulges_({mean_px_, enough_}, kBulge_px).found()) return;
+  const Bulge bulge = bulges_({mean_px_, enough_}, kBulge_px);
+  if (bulge.found() || bulge.size_px > kTouch_px) return;
 
   const double since_s = seconds(std::exchange(rested_ns_, last.times.received_ns), last.times.received_ns);
   rested_ = last.extras;

@@ -46,12 +46,15 @@ class ZeroTracking {
   /// Takes the drift off the displacements: sets `elastic_px`, `drift_px`, `drift` and `heatDeviation_K`. Another zero
   /// begins without drift.
   void takeOff(MarkerField& field);
-  /// Follows the drift by what is left in `elastic_px`, at the end of a window in which nothing touched. Frames with
-  /// kFewMarkers or kTorn, or without a zero, are not part of a window.
+  /// Follows the drift by what is left in `elastic_px`, at the end of a window in which nothing touched, and in which
+  /// the picture did not change but for noise and shifts. Frames with kFewMarkers or kTorn, or without a zero, are not
+  /// part of a window.
   void watch(const MarkerField& field);
 
  private:
   void begin(const MarkerField& field);
+  void add(const MarkerField& field);
+  bool changed();
   void endWindow(const FrameInfo& last);
   double warmthDeviation(const FrameInfo& now) const;  ///< [K]
 
@@ -63,6 +66,9 @@ class ZeroTracking {
   std::optional<std::int64_t> resumed_ns_;    ///< CLOCK_REALTIME of the zero of an earlier run
   std::vector<float> drift_px_;               ///< 2 M, from the zero; smooth
   std::vector<float> mean_px_;                ///< 2 M, of the window, without the drift; until its end the sum
+  std::vector<float> change_px_;              ///< 2 M, deviation over the window; until its end the sum of squares
+  Eigen::Vector2d shift_px_{};                ///< sum over the window of the frames' mean displacements
+  double variance_px2_ = 0.0;                 ///< sum over the window of the frames' mean variances, as stated
   std::vector<int> shown_;                    ///< M, frames of the window that show the marker
   std::vector<std::uint8_t> enough_;          ///< M, 1: at least half of them do
   std::vector<float> smooth_px_;              ///< 2 M, of the window's mean

@@ -121,7 +121,7 @@ folder = None  # of the sets
 
 def real(page, quick):
     page.seed, page.again = "fixed", "--quick " * quick + "--only real FOLDER"
-    sets = sorted(path.parent for path in pathlib.Path(folder).glob("*/set.toml"))
+    sets = sorted(path.parent for path in pathlib.Path(folder).resolve().glob("*/set.toml"))
     sources = "; ".join(f"{path.name}: {tomllib.loads((path / 'set.toml').read_text())['source']}" for path in sets)
     page.section(
         "Real gels",

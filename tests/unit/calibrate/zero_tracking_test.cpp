@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 namespace tractiond::calibrate {
 namespace {
 
@@ -62,6 +64,28 @@ TEST_F(ZeroTrackingTest, KeepsALightTouchThatStays) {
     EXPECT_NEAR(left_px(), first_px, 0.05 * first_px) << press_px;
     EXPECT_EQ(seen_.drift.seen_ns, before.seen_ns) << press_px;
   }
+}
+
+TEST_F(ZeroTrackingTest, TakesNoPressForDriftWhateverTheCycle) {
+  // The pad moves in its mount under each press, and rests between them.
+  const Eigen::Vector4d moved(0.7, -0.7, 5e-3, 1e-3);
+  show(10, 0.0);
+  const RestDrift before = seen_.drift;
+  for (const double pressed_s : {0.05, 0.1, 1.0, 3.0}) {
+    for (int cycle = 0; cycle < std::lround(60.0 / pressed_s); ++cycle) {
+      show(pressed_s, 1.0, moved);
+      show(0.5 * pressed_s, 0.0);
+    }
+    EXPECT_LT(left_px(), 1.1 * kNoise_px) << pressed_s;
+    EXPECT_EQ(seen_.drift.seen_ns, before.seen_ns) << pressed_s;
+  }
+}
+
+TEST_F(ZeroTrackingTest, FollowsAPictureThatVibrates) {
+  std::mt19937_64 generator(1);
+  std::normal_distribution<double> shift(0.0, 0.2);
+  for (int i = 0; i < 3600; ++i) show(1.0 / kRate_Hz, 0.0, {0.3 + shift(generator), shift(generator), 0.0, 0.0});
+  EXPECT_NEAR(seen_.drift.shiftU_px, 0.3, 0.05);
 }
 
 TEST_F(ZeroTrackingTest, SaysHowWarmTheGelMayBe) {
