@@ -126,8 +126,8 @@ def real(page, quick):
     page.section(
         "Real gels",
         f"""Pictures that other people published, {PRESSED} of each press and {RELEASED} of the gel at rest after it, {HZ} a second, through
-        `tractiond --images` with the default keys but for those of the camera. Their gels are described by what their authors state. Their licences do not
-        allow keeping them here: {sources}. `tests/evaluation/real.py` describes the folder that is read.""",
+        `tractiond --images` with the default keys but for those of the camera. Their gels are described by what their authors state, and by guesses where they
+        state nothing. Their licences do not allow keeping them here: {sources}. `tests/evaluation/real.py` describes the folder that is read.""",
     )
     for each in sets:
         one_set(page, each)
