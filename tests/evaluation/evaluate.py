@@ -130,7 +130,7 @@ def main():
         arguments.only = [name for name in arguments.only if name in old and (name != "real" or folder)]
         print("Stale:", ", ".join(arguments.only) or "none", flush=True)
     if arguments.quick and arguments.only == OWN_PICTURES:
-        arguments.only = [name for name in ORDER if name not in SLOW]
+        arguments.only = [name for name in OWN_PICTURES if name not in SLOW]
     for name, (lacking, bad, text, printed) in side_by_side(arguments.only, arguments.quick, arguments.seed):
         print(printed, flush=True)
         missed += lacking
