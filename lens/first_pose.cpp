@@ -24,6 +24,7 @@ sensor::Points apparentMarkers(const sensor::Sensor& sensor) {
     plain.principal_px.setZero();
     plain.rotation.setZero();
     plain.k1 = plain.k2 = 0.0;
+    plain.fisheye = false;
     plain.position += Eigen::Vector3d(right, up, 0.0);
     return sensor::Projection(plain, sensor.gel.size.z());
   };
@@ -55,7 +56,12 @@ std::optional<sensor::Camera> solvePose(const sensor::Sensor& sensor, const Rest
   if (objects.size() < 4) return std::nullopt;
   const cv::Mat lens = (cv::Mat_<double>(3, 3) << camera.focal_px, 0, camera.principal_px.x(), 0,
                         camera.aspect * camera.focal_px, camera.principal_px.y(), 0, 0, 1);
-  const cv::Mat distortion = (cv::Mat_<double>(4, 1) << camera.k1, camera.k2, 0, 0);
+  cv::Mat distortion = (cv::Mat_<double>(4, 1) << camera.k1, camera.k2, 0, 0);
+  if (camera.fisheye) {
+    const cv::Mat ofFisheye = (cv::Mat_<double>(4, 1) << camera.k1, camera.k2, camera.k3, camera.k4);
+    cv::fisheye::undistortPoints(places, places, lens, ofFisheye, cv::noArray(), lens);
+    distortion = cv::Mat::zeros(4, 1, CV_64F);
+  }
   cv::Mat rotation, translation, turn;
   try {
     if (!cv::solvePnP(objects, places, lens, distortion, rotation, translation, false, cv::SOLVEPNP_SQPNP)) {

@@ -120,8 +120,12 @@ std::optional<Misfit> misfit(const NodeGrid& nodes, const Gel& gel) {
 }
 
 std::optional<Misfit> misfit(const Camera& camera, const Gel& gel) {
-  if (isBehindWindow(camera, gel.size.z())) return std::nullopt;
-  return Misfit{"position_mm", "is not behind the gel and its window"};
+  if (!isBehindWindow(camera, gel.size.z())) return Misfit{"position_mm", "is not behind the gel and its window"};
+  if (foldOf(camera)) {
+    return Misfit{"k1",
+                  "to k4 fold the picture: theta (1 + k1 theta^2 + ... + k4 theta^8) does not rise up to its corners"};
+  }
+  return std::nullopt;
 }
 
 /// Adds a fault if a part does not fit the gel: at the key that was read, or at the missing table if the paper's values
@@ -224,6 +228,17 @@ void pinhole(auto& table, Camera& camera) {
   table.read("principal_px", std::span(camera.principal_px.data(), 2), {-1e5, 1e5});
   table.read("k1", camera.k1, {-10, 10});
   table.read("k2", camera.k2, {-10, 10});
+  std::string lens = camera.fisheye ? "fisheye" : "pinhole";
+  if (!writes(table) || camera.fisheye) table.read("lens", lens);
+  camera.fisheye = lens == "fisheye";
+  if (!camera.fisheye && lens != "pinhole") table.fail("lens", R"(must be one of "pinhole", "fisheye")");
+  newer(table, "k3", camera.k3, {-10, 10}, 0.0);
+  newer(table, "k4", camera.k4, {-10, 10}, 0.0);
+  if (!camera.fisheye) {
+    for (const char* key : {"k3", "k4"}) {
+      if (table.has(key)) table.fail(key, R"(needs lens = "fisheye")");
+    }
+  }
   table.read("position_mm", std::span(camera.position.data(), 3), {-1e4, 1e4, kMillimetres});
   table.read("rotation_rad", std::span(camera.rotation.data(), 3), {-3.2, 3.2});
   table.read("gel_index", camera.gelIndex, {1.0, 3.0});

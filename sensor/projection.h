@@ -1,11 +1,13 @@
-// Projects gel coordinates to pixels: refraction at flat windows or at ellipsoids, a pose, a pinhole, radial
-// distortion, focal lengths in u and v.
+// Projects gel coordinates to pixels: refraction at flat windows or at ellipsoids, a pose, a pinhole with radial
+// distortion or a fisheye lens, focal lengths in u and v.
 //
 // Pixels: (0, 0) is the centre of the top left pixel, u points right, v down. Camera frame: X along u, Y along v, Z
 // along the optical axis. In the nominal pose the camera looks along -z of the gel frame.
 #pragma once
 
 #include "sensor/sight_line.h"
+
+#include <optional>
 
 namespace sensor {
 
@@ -29,7 +31,16 @@ struct Camera {
   /// Where light is refracted on its way from the gel to the camera, in this order. Empty: at the flat window, which is
   /// otherwise not there.
   std::vector<RefractingSurface> surfaces;
+  /// Whether the lens is a fisheye (Kannala and Brandt 2006; OpenCV's fisheye model): theta being the angle from the
+  /// axis, r_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8).
+  bool fisheye = false;
+  double k3 = 0.0;  ///< of a fisheye alone
+  double k4 = 0.0;  ///< see k3
 };
+
+/// Returns the angle from the axis [rad] at which the picture of a fisheye folds: r_d stops to rise there. Empty: it
+/// rises up to the picture's farthest corner or 90 degrees, or the lens is a pinhole.
+std::optional<double> foldOf(const Camera& camera);
 
 /// Returns the rotation from the gel frame to the camera frame, and sets Camera::rotation by it.
 Eigen::Matrix3d toCamera(const Camera& camera);

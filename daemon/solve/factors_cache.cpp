@@ -61,6 +61,9 @@ void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
   vector(camera.principal_px);
   hasher.value(camera.k1);
   hasher.value(camera.k2);
+  hasher.value(camera.fisheye);
+  hasher.value(camera.k3);
+  hasher.value(camera.k4);
   vector(camera.position);
   vector(camera.rotation);
   hasher.value(camera.gelIndex);

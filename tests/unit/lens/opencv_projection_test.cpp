@@ -7,6 +7,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
+#include <cmath>
 #include <random>
 
 namespace lens::opencv_projection_test {
@@ -57,6 +58,45 @@ TEST(Projection, IsThatOfOpenCv) {
       for (int k = 0; k < 3; ++k) byTranslation(row, k) = jacobian.at<double>(row, 3 + k);
     }
     EXPECT_LT((project.jacobian(point) - byTranslation * turn).norm(), 1e-9 * byTranslation.norm()) << trial;
+  }
+}
+
+/// Fields of view of 100 to 160 degrees.
+TEST(Projection, IsThatOfOpenCvsFisheye) {
+  std::mt19937 generator(tractiond::test::seed());
+  const auto between = [&](double least, double most) {
+    return std::uniform_real_distribution<double>(least, most)(generator);
+  };
+  for (int trial = 0; trial < 200; ++trial) {
+    sensor::Camera camera;
+    camera.fisheye = true;
+    camera.focal_px = between(150, 400);
+    camera.aspect = between(0.5, 2.0);
+    camera.k1 = between(-0.05, 0.1);
+    camera.k2 = between(-0.02, 0.02);
+    camera.k3 = between(-0.01, 0.01);
+    camera.k4 = between(-0.002, 0.002);
+    camera.position = {0, 0, 0.06};
+    const double theta = between(0.0, 80.0) * M_PI / 180.0, around = between(-M_PI, M_PI);
+    const Eigen::Vector3d seen =
+        0.055 * Eigen::Vector3d(std::tan(theta) * std::cos(around), std::tan(theta) * std::sin(around), 1.0);
+    const cv::Mat matrix = (cv::Mat_<double>(3, 3) << camera.focal_px, 0, camera.principal_px.x(), 0,
+                            camera.aspect * camera.focal_px, camera.principal_px.y(), 0, 0, 1);
+    const std::vector<double> distortion = {camera.k1, camera.k2, camera.k3, camera.k4};
+    const cv::Vec3d none(0, 0, 0);
+    std::vector<cv::Point2d> places;
+    cv::Mat jacobian;
+    cv::fisheye::projectPoints(std::vector<cv::Point3d>{{seen.x(), seen.y(), seen.z()}}, places, none, none, matrix,
+                               distortion, 0.0, jacobian);
+    const Eigen::Vector3d point = camera.position + Eigen::Vector3d(seen.x(), -seen.y(), -seen.z());
+    const sensor::Projection project(camera, kThickness);
+    EXPECT_LT((project(point) - Eigen::Vector2d(places[0].x, places[0].y)).norm(), 1e-8) << trial;
+    Eigen::Matrix<double, 2, 3> byTranslation;  // after fx, fy, cx, cy, k1 ... k4 and the rotation
+    for (int row = 0; row < 2; ++row) {
+      for (int k = 0; k < 3; ++k) byTranslation(row, k) = jacobian.at<double>(row, 11 + k);
+    }
+    const Eigen::Matrix3d turn = Eigen::Vector3d(1, -1, -1).asDiagonal();
+    EXPECT_LT((project.jacobian(point) - byTranslation * turn).norm(), 1e-8 * byTranslation.norm()) << trial;
   }
 }
 

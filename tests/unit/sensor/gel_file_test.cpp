@@ -99,6 +99,17 @@ TEST(GelFile, SurfacesAreWrittenAndRead) {
   EXPECT_EQ(sensor::gelText(parseGel(text, "written").value()), text);
 }
 
+TEST(GelFile, FisheyeIsWrittenAndRead) {
+  Sensor wide;
+  wide.camera.fisheye = true;
+  wide.camera.k3 = 0.01;
+  wide.camera.k4 = -0.002;
+  const std::string text = sensor::gelText(wide);
+  EXPECT_NE(text.find("\nlens = \"fisheye\"\nk3 = 0.01\nk4 = -0.002\n"), std::string::npos);
+  EXPECT_EQ(sensor::gelText(parseGel(text, "written").value()), text);
+  EXPECT_EQ(sensor::gelText({}).find("lens"), std::string::npos);
+}
+
 TEST(GelFile, UnknownKeyIsNamedWithLineAndNearestKey) {
   const std::string text = changed("poisson_ratio", "poison_ratio");
   const FileError error = fault(text);
@@ -118,6 +129,9 @@ TEST(GelFile, ImpossibleSensorsAreRejectedWhereTheyAreWritten) {
       {"diameter_mm = 0.6", "diameter_mm = 3", "layers[0].diameter_mm is not below the pitch"},
       {"position_mm = [0, 0, 157]", "position_mm = [0, 0, 40]", "camera.position_mm is not behind"},
       {"aspect = 1 ", "aspect = 3.5 ", "camera.aspect = 3.5 must be between 0.5 and 2"},
+      {"k2 = 0\n", "k2 = 0\nk3 = 0.1\n", "camera.k3 needs lens = \"fisheye\""},
+      {"k2 = 0\n", "k2 = 0\nlens = \"wide\"\n", "camera.lens must be one of \"pinhole\", \"fisheye\""},
+      {"k2 = 0\n", "k2 = -5\nlens = \"fisheye\"\n", "camera.k1 to k4 fold the picture"},
       {"youngs_modulus_pa = 180000", "youngs_modulus_pa = \"soft\"", "gel.youngs_modulus_pa must be a number"},
       {"youngs_modulus_pa = 180000", "youngs_modulus_pa = 9007199254740993",
        "gel.youngs_modulus_pa = 9.007199255e+15 "},  // an integer that no double is

@@ -174,6 +174,46 @@ TEST(Projection, WhatCurvedWindowsHideIsNoNumber) {
   EXPECT_FALSE(project({0, 0, 20e-3}).allFinite()) << "behind the camera";
 }
 
+/// A fisheye that sees 160 degrees through the window.
+Camera fisheyeCamera() {
+  Camera camera = awkwardCamera();
+  camera.fisheye = true;
+  camera.focal_px = 230.0;
+  camera.aspect = 1.1;
+  camera.position = {4e-3, -3e-3, 52e-3};
+  camera.k1 = 0.04;
+  camera.k2 = -0.02;
+  camera.k3 = 0.005;
+  camera.k4 = -0.001;
+  return camera;
+}
+
+TEST(Projection, FisheyeLooksAlongItsAxisLikeAPinhole) {
+  Camera fisheye = fisheyeCamera();
+  fisheye.rotation.setZero();
+  Camera pinhole = fisheye;
+  pinhole.fisheye = false;
+  const Eigen::Vector3d onAxis(fisheye.position.x(), fisheye.position.y(), 7e-3);
+  const Projection project(fisheye, kThickness), plain(pinhole, kThickness);
+  EXPECT_EQ(project(onAxis), fisheye.principal_px);
+  EXPECT_LT((project.jacobian(onAxis) - plain.jacobian(onAxis)).norm(), 1e-9 * plain.jacobian(onAxis).norm());
+}
+
+/// r_d = theta - theta^3 / 3 stops to rise at 1 rad, where it is 2/3.
+TEST(Projection, FoldOfAFisheyeIsFoundInThePictureAlone) {
+  Camera camera;
+  camera.fisheye = true;
+  camera.k1 = -1.0 / 3.0;
+  const double corner_px = camera.principal_px.norm();
+  camera.focal_px = 1.51 * corner_px;
+  EXPECT_FALSE(sensor::foldOf(camera));
+  camera.focal_px = 1.49 * corner_px;
+  ASSERT_TRUE(sensor::foldOf(camera));
+  EXPECT_NEAR(*sensor::foldOf(camera), 1.0, 2e-3);
+  camera.fisheye = false;
+  EXPECT_FALSE(sensor::foldOf(camera));
+}
+
 /// The picture's motion is that of a camera that turns, of a longer lens, of a sensor that is shifted.
 TEST(Projection, MotionIsThatOfTheCamera) {
   constexpr double kStep = 1e-6;
@@ -205,7 +245,7 @@ TEST(Projection, JacobianAgreesWithDifferences) {
   squeezed.aspect = 0.6;
   std::vector<Camera> cameras = camerasBehindCurvedWindows();
   const std::size_t curved = cameras.size();
-  cameras.insert(cameras.end(), {Camera{}, awkwardCamera(), squeezed});
+  cameras.insert(cameras.end(), {Camera{}, awkwardCamera(), squeezed, fisheyeCamera()});
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const Projection project(cameras[i], kThickness);
     for (const Eigen::Vector3d& point : i < curved ? pointsInFingertip() : somePoints()) {
