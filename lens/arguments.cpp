@@ -111,6 +111,9 @@ CLI::App& addCalibrate(CLI::App& app, CalibrateLine& line) {
       ->required();
   calibrate->add_option("--gel", line.options.gel, "gel file to write the lens into; without: the paper's sensor")
       ->type_name("FILE");
+  calibrate->add_flag(
+      "--fisheye", line.options.fisheye,
+      "fits a fisheye (k1 to k4, as OpenCV's) instead of a pinhole, for lenses that see more than 100 degrees");
   addFile(*calibrate, "--output", line.options.output, "gel file to be written");
   calibrate->add_flag("--force", line.options.force, "replaces an existing file");
   return *calibrate;

@@ -230,12 +230,16 @@ void describe(const std::vector<View>& views, const LensFit& fit, const Board& b
   report.figure("principal_v_px", fit.camera.principal_px.y(), fit.principalDeviation_px.y(), "px");
   report.figure("k1", fit.camera.k1, fit.k1Deviation, "");
   report.figure("k2", fit.camera.k2, fit.k2Deviation, "");
+  if (fit.camera.fisheye) {
+    report.figure("k3", fit.camera.k3, fit.k3Deviation, "");
+    report.figure("k4", fit.camera.k4, fit.k4Deviation, "");
+  }
   report.figure("residual_px", fit.residual_px, -1.0, "px");
   if (fit.residual_px > kPoor_px) {
     report.note(
         "%.2f px are left of each coordinate, where a sharp picture of a flat board leaves 0.1 px or less: "
         "look at "
-        "the pictures that leave most, and whether the board is flat; a lens of another model (fisheye) leaves more "
+        "the pictures that leave most, and whether the board is flat; a lens of another model (--fisheye) leaves more "
         "towards the picture's corners",
         fit.residual_px);
   }
@@ -306,8 +310,13 @@ Done calibrate(const CalibrateOptions& options, Report& report) {
   LensFitOptions fitOptions;
   fitOptions.aspect = camera.aspect;
   fitOptions.boardIsMeasured = options.boardIsMeasured;
+  fitOptions.fisheye = options.fisheye || camera.fisheye;
   const LensFit fit = fitLens(corners, options.board, width, height, fitOptions);
   checkFit(views, fit, options.board, faults);
+  if (faults.empty() && sensor::foldOf(fit.camera)) {
+    faults.push_back(fault("", "the fisheye that explains the pictures folds before the picture's corners",
+                           "take more pictures, with the board up to the picture's corners"));
+  }
   if (!faults.empty()) return tl::unexpected(faults);
   describe(views, fit, options.board, fitOptions.aspect, report);
   if (std::ranges::count(views, std::string(), &View::with) > 0) {
@@ -326,6 +335,9 @@ Done calibrate(const CalibrateOptions& options, Report& report) {
   camera.principal_px = fit.camera.principal_px;
   camera.k1 = fit.camera.k1;
   camera.k2 = fit.camera.k2;
+  camera.fisheye = fit.camera.fisheye;
+  camera.k3 = fit.camera.k3;
+  camera.k4 = fit.camera.k4;
   sensor::Uncertainty& uncertainty = sensor->uncertainty;
   // Includes the focal length along u and along v.
   uncertainty.focal =

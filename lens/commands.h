@@ -21,6 +21,7 @@ struct CalibrateOptions {
   std::vector<std::string> pictures;  ///< files, at least five, all of one size
   Board board;
   bool boardIsMeasured = false;  ///< both sides of the squares are known
+  bool fisheye = false;          ///< the lens is a fisheye; it is one, too, if the gel file's is
   /// Gel file that the lens is written into; empty: the paper's sensor. If it does not state the picture's size, the
   /// size of the pictures is used.
   std::string gel;

@@ -11,9 +11,8 @@ namespace lens {
 
 namespace {
 
-constexpr int kLens = 5;   // focal length, principal point, k1, k2 ...
-constexpr int kExtra = 5;  // ... and the aspect or the board's, if one of them is estimated
-constexpr int kMostLens = 6;
+// Focal length, principal point, k1, k2 and of a fisheye k3, k4; then the aspect or the board's, if it is estimated.
+constexpr int kPinhole = 5, kFisheye = 7, kMostLens = 8;
 constexpr int kPose = 6;
 constexpr double kAny = 0.0;      // instead of an aspect: it is estimated
 constexpr double kGood_px = 1.0;  // a smaller residual shows that the right minimum was found
@@ -25,8 +24,15 @@ constexpr double kFlipped = 8.0;
 // ... and deviations of a single view's principal point by which that must be off the middle: choosing the better side
 // for each view makes up to 1.3 of none.
 constexpr double kFarFlipped = 4.0;
+constexpr int kFisheyeSteps = 8;
 constexpr int kBoardSteps = 8;
 constexpr double kBoardSettled = 1e-7;
+
+/// Size of the pictures [px], and the model of the lens.
+struct Picture {
+  int width, height;
+  bool fisheye;
+};
 
 /// The camera in OpenCV's form.
 struct Model {
@@ -35,6 +41,7 @@ struct Model {
   std::vector<cv::Mat> rotations, translations;
   double residual_px = -1.0;
   bool ownAspect = false;  ///< true: the aspect was estimated
+  bool fisheye = false;
 
   double focal_px() const { return matrix.at<double>(0, 0); }
   double aspect() const { return matrix.at<double>(1, 1) / matrix.at<double>(0, 0); }
@@ -43,21 +50,44 @@ struct Model {
     const auto finite = [](const cv::Mat& m) { return cv::checkRange(m); };
     return std::ranges::all_of(rotations, finite) && std::ranges::all_of(translations, finite);
   }
+  int figures() const { return fisheye ? kFisheye : kPinhole; }
+
+  /// Projects points of a view's board.
+  /// \param[out] jacobian a row for each coordinate: by rotation, translation, fx, fy, cx, cy, k1, k2 ...
+  std::vector<cv::Point2d> project(const std::vector<cv::Point3d>& points, std::size_t view,
+                                   Eigen::MatrixXd* jacobian = nullptr) const {
+    std::vector<cv::Point2d> places;
+    cv::Mat derivatives;
+    if (fisheye) {
+      cv::fisheye::projectPoints(points, places, rotations[view], translations[view], matrix, distortion, 0.0,
+                                 derivatives);
+    } else {
+      cv::projectPoints(points, rotations[view], translations[view], matrix, distortion, places, derivatives);
+    }
+    if (!jacobian) return places;
+    const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> all(
+        derivatives.ptr<double>(), derivatives.rows, derivatives.cols);
+    *jacobian = all;
+    if (fisheye) *jacobian << all.middleCols(8, 6), all.leftCols(8), all.rightCols(1);  // OpenCV has the pose last
+    return places;
+  }
 };
 
-std::vector<cv::Point3f> onBoard(const Board& board) {
-  std::vector<cv::Point3f> points;
+template <typename Point = cv::Point3d>
+std::vector<Point> onBoard(const Board& board) {
+  std::vector<Point> points;
   for (int i = 0; i < board.corners(); ++i) {
     // Lengths are in squares: the size of the board affects only the poses.
     const Eigen::Vector2f place = (board.corner(i) / board.square).cast<float>();
-    points.emplace_back(place.x(), place.y(), 0.0F);
+    points.emplace_back(place.x(), place.y(), 0);
   }
   return points;
 }
 
 /// Fits the camera.
 /// \param guess start value of the focal length in picture widths; 0: from the views' homographies
-Model calibrated(const std::vector<Corners>& views, const Board& board, cv::Size size, double aspect, double guess) {
+Model calibrated(const std::vector<Corners>& views, const Board& board, const Picture& size, double aspect,
+                 double guess) {
   std::vector<std::vector<cv::Point2f>> seen;
   for (const Corners& view : views) {
     auto& places = seen.emplace_back();
@@ -65,7 +95,7 @@ Model calibrated(const std::vector<Corners>& views, const Board& board, cv::Size
       places.emplace_back(static_cast<float>(place.x()), static_cast<float>(place.y()));
     }
   }
-  const std::vector<std::vector<cv::Point3f>> points(views.size(), onBoard(board));
+  const std::vector<std::vector<cv::Point3f>> points(views.size(), onBoard<cv::Point3f>(board));
   int flags = cv::CALIB_ZERO_TANGENT_DIST | cv::CALIB_FIX_K3;
   Model model;
   model.ownAspect = aspect == kAny;
@@ -81,15 +111,18 @@ Model calibrated(const std::vector<Corners>& views, const Board& board, cv::Size
   }
   try {
     model.residual_px =
-        cv::calibrateCamera(points, seen, size, model.matrix, model.distortion, model.rotations, model.translations,
-                            flags, {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 200, 1e-12});
+        cv::calibrateCamera(points, seen, {size.width, size.height}, model.matrix, model.distortion, model.rotations,
+                            model.translations, flags, {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 200, 1e-12});
   } catch (const cv::Exception&) {  // the views give no start value
     model.residual_px = -1.0;
   }
   return model;
 }
 
-Model best(const std::vector<Corners>& views, const Board& board, cv::Size size, double aspect) {
+Model fisheye(const std::vector<Corners>& views, const Board& board, const Picture& size, double aspect);
+
+Model best(const std::vector<Corners>& views, const Board& board, const Picture& size, double aspect) {
+  if (size.fisheye) return fisheye(views, board, size, aspect);
   Model found;
   for (const double guess : {0.0, 1.0, 2.0, 4.0}) {
     Model model = calibrated(views, board, size, aspect, guess);
@@ -112,7 +145,7 @@ class Information {
   Information(const Model& model, Extra extra, const std::vector<Corners>& views, const Board& board)
       : model_(model)
       , extra_(extra)
-      , figures_(extra == Extra::kNone ? kLens : kMostLens)
+      , figures_(model.figures() + (extra == Extra::kNone ? 0 : 1))
       , information_(Lens::Zero(figures_, figures_)) {
     for (std::size_t i = 0; i < views.size(); ++i) add(views[i], board, i);
   }
@@ -124,14 +157,37 @@ class Information {
   Figures deviations() const { return ofNoise().cwiseMax(ofViews()).cwiseSqrt(); }
 
   /// Returns the Gauss-Newton step of what is estimated beside the lens.
-  double step() const {
+  double step() const { return steps()[extraIndex()]; }
+
+  /// Returns the model after a Gauss-Newton step of the lens, the poses and, if it is estimated, the aspect.
+  Model stepped() const {
+    const Figures change = steps();
+    Model model = model_;
+    model.matrix = model_.matrix.clone();
+    model.distortion = model_.distortion.clone();
+    const double aspect = model_.aspect() + (extra_ == Extra::kAspect ? change[extraIndex()] : 0.0);
+    model.matrix.at<double>(0, 0) += change[0];
+    model.matrix.at<double>(1, 1) = aspect * model.focal_px();
+    for (int k = 0; k < 2; ++k) model.matrix.at<double>(k, 2) += change[1 + k];
+    for (int k = 3; k < model.figures(); ++k) model.distortion.at<double>(k - 3) += change[k];
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      const Eigen::Matrix<double, kPose, 1> pose = views_[i].poseStep - views_[i].byFigures * change;
+      model.rotations[i] = cv::Mat(model_.rotations[i] + cv::Mat(cv::Vec3d(pose[0], pose[1], pose[2])));
+      model.translations[i] = cv::Mat(model_.translations[i] + cv::Mat(cv::Vec3d(pose[3], pose[4], pose[5])));
+    }
+    return model;
+  }
+
+ private:
+  Figures steps() const {
     const Figures scale = information_.diagonal().cwiseSqrt().cwiseInverse();
     Figures pull = Figures::Zero(figures_);
     for (const View& view : views_) pull += view.pull;
     const Figures scaled = scale.asDiagonal() * pull;
-    return scale[kExtra] * factorOf(information_, scale).solve(scaled)[kExtra];
+    return scale.asDiagonal() * factorOf(information_, scale).solve(scaled);
   }
 
+ public:
   /// Returns which views to flip in the picture so that one lens explains all best, to second order in the lens: each
   /// time the one that takes most squares.
   /// \param sign -1 along the coordinates that are flipped, else 1
@@ -189,27 +245,27 @@ class Information {
     Figures pull;  ///< half the gradient of its squares, with the pose eliminated; the sum over the views is 0
     double squares;
     Eigen::Index coordinates;
+    Eigen::Matrix<double, kPose, 1> poseStep;                                     ///< Gauss-Newton step of the pose ...
+    Eigen::Matrix<double, kPose, Eigen::Dynamic, 0, kPose, kMostLens> byFigures;  ///< ... less this times the lens's
   };
 
   void add(const Corners& view, const Board& board, std::size_t index) {
-    std::vector<cv::Point2f> places;
-    cv::Mat jacobian;
-    cv::projectPoints(onBoard(board), model_.rotations[index], model_.translations[index], model_.matrix,
-                      model_.distortion, places, jacobian);
+    Eigen::MatrixXd jacobian;
+    const std::vector<cv::Point2d> places = model_.project(onBoard(board), index, &jacobian);
     const auto rows = static_cast<Eigen::Index>(2 * places.size());
     Eigen::MatrixXd byLens(rows, figures_), byPose(rows, kPose);
     Eigen::VectorXd left(rows);
     for (int i = 0; i < static_cast<int>(rows); ++i) {
-      const double* row = jacobian.ptr<double>(i);  // rotation, translation, fx, fy, cx, cy, k1, k2 ...
-      for (int k = 0; k < kPose; ++k) byPose(i, k) = row[k];
+      const Eigen::RowVectorXd row = jacobian.row(i);
+      byPose.row(i) = row.head<kPose>();
       // fx is the focal length, fy = aspect fx.
       byLens(i, 0) = row[6] + model_.aspect() * row[7];
-      for (int k = 1; k < kLens; ++k) byLens(i, k) = row[7 + k];
-      if (extra_ == Extra::kAspect) byLens(i, kExtra) = model_.focal_px() * row[7];
-      const cv::Point2f place = places[static_cast<std::size_t>(i / 2)];
+      for (int k = 1; k < model_.figures(); ++k) byLens(i, k) = row[7 + k];
+      if (extra_ == Extra::kAspect) byLens(i, extraIndex()) = model_.focal_px() * row[7];
+      const cv::Point2d place = places[static_cast<std::size_t>(i / 2)];
       left[i] = view.place_px(i % 2, i / 2) - (i % 2 == 0 ? place.x : place.y);
     }
-    if (extra_ == Extra::kBoard) byLens.col(kExtra) = byBoard(board, index);
+    if (extra_ == Extra::kBoard) byLens.col(extraIndex()) = byBoard(board, index);
     const Eigen::Matrix<double, kPose, kPose> ofPose = byPose.transpose() * byPose;
     const Eigen::Matrix<double, kPose, Eigen::Dynamic, 0, kPose, kMostLens> mixed = byPose.transpose() * byLens;
     const Eigen::LDLT<Eigen::Matrix<double, kPose, kPose>> poseFactor(ofPose);
@@ -217,7 +273,8 @@ class Information {
     const Figures pull = byLens.transpose() * left - mixed.transpose() * poseFactor.solve(byPose.transpose() * left);
     const double squares = left.squaredNorm();
     information_ += ofLens;
-    views_.push_back({ofLens, pull, squares, rows});
+    views_.push_back(
+        {ofLens, pull, squares, rows, poseFactor.solve(byPose.transpose() * left), poseFactor.solve(mixed)});
     squares_ += squares;
     coordinates_ += rows;
     residuals_px.push_back(std::sqrt(squares / static_cast<double>(rows)));
@@ -235,9 +292,7 @@ class Information {
         const Eigen::Vector2d place = other.corner(i) / other.square;
         points.emplace_back(place.x(), place.y(), 0.0);
       }
-      std::vector<cv::Point2d> seen;
-      cv::projectPoints(points, model_.rotations[index], model_.translations[index], model_.matrix, model_.distortion,
-                        seen);
+      const std::vector<cv::Point2d> seen = model_.project(points, index);
       for (int i = 0; i < board.corners(); ++i) {
         change[2 * i] += side / (2.0 * kStep) * seen[static_cast<std::size_t>(i)].x;
         change[2 * i + 1] += side / (2.0 * kStep) * seen[static_cast<std::size_t>(i)].y;
@@ -281,6 +336,7 @@ class Information {
     return (count - 1.0) / count * squares;
   }
 
+  Eigen::Index extraIndex() const { return figures_ - 1; }
   Eigen::Index freedom() const { return coordinates_ - figures_ - kPose * static_cast<Eigen::Index>(views_.size()); }
 
   const Model& model_;
@@ -292,6 +348,47 @@ class Information {
   Eigen::Index coordinates_ = 0;
 };
 
+/// Fits a fisheye. OpenCV cannot hold its aspect: Gauss-Newton steps refine what it finds.
+Model fisheye(const std::vector<Corners>& views, const Board& board, const Picture& size, double aspect) {
+  std::vector<std::vector<cv::Point2d>> seen;
+  for (const Corners& view : views) {
+    auto& places = seen.emplace_back();
+    for (const auto& place : view.place_px.colwise()) places.emplace_back(place.x(), place.y());
+  }
+  const std::vector<std::vector<cv::Point3d>> points(views.size(), onBoard(board));
+  Model found;
+  for (const double guess : {0.4, 0.3, 0.6, 1.0}) {  // of the focal length, in picture widths
+    Model model;
+    model.fisheye = true;
+    model.ownAspect = aspect == kAny;
+    const double start = model.ownAspect ? 1.0 : aspect;
+    model.matrix = (cv::Mat_<double>(3, 3) << guess * size.width, 0, 0.5 * (size.width - 1), 0,
+                    start * guess * size.width, 0.5 * (size.height - 1), 0, 0, 1);
+    model.distortion = cv::Mat::zeros(4, 1, CV_64F);
+    try {
+      std::vector<cv::Mat> rotations, translations;
+      cv::fisheye::calibrate(
+          points, seen, {size.width, size.height}, model.matrix, model.distortion, rotations, translations,
+          cv::fisheye::CALIB_USE_INTRINSIC_GUESS | cv::fisheye::CALIB_RECOMPUTE_EXTRINSIC | cv::fisheye::CALIB_FIX_SKEW,
+          {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-10});
+      for (const cv::Mat& each : rotations) model.rotations.push_back(each.reshape(1, 3));
+      for (const cv::Mat& each : translations) model.translations.push_back(each.reshape(1, 3));
+      if (!model.ownAspect) model.matrix.at<double>(1, 1) = aspect * model.focal_px();
+      for (int step = 0; step < kFisheyeSteps; ++step) {
+        model = Information(model, views, board).stepped();
+        if (!cv::checkRange(model.matrix)) break;
+      }
+      model.residual_px = Information(model, views, board).residual_px();
+    } catch (const cv::Exception&) {  // it did not settle from there
+      continue;
+    }
+    if (!model.isFinite() || !(model.focal_px() > 0.0) || !(model.aspect() > 0.0)) continue;
+    if (!found.isFinite() || model.residual_px < 0.99 * found.residual_px) found = std::move(model);
+    if (found.residual_px < kGood_px) break;
+  }
+  return found;
+}
+
 double tiltOf(const cv::Mat& rotation) {
   cv::Mat turn;
   cv::Rodrigues(rotation, turn);
@@ -299,8 +396,8 @@ double tiltOf(const cv::Mat& rotation) {
 }
 
 /// Returns the sum of squares of the other views, fitted without this one.
-double squaresWithout(std::size_t left, std::vector<Corners> views, const Board& board, cv::Size size, double aspect,
-                      double* scatter_px) {
+double squaresWithout(std::size_t left, std::vector<Corners> views, const Board& board, const Picture& size,
+                      double aspect, double* scatter_px) {
   views.erase(views.begin() + static_cast<std::ptrdiff_t>(left));
   const Model model = best(views, board, size, aspect);
   if (!model.isFinite()) return std::numeric_limits<double>::infinity();
@@ -312,7 +409,7 @@ double squaresWithout(std::size_t left, std::vector<Corners> views, const Board&
 /// Returns the view that adds most to the sum of squares, if that is far above the others' residual without it. Its own
 /// residual need not be the largest: one view through another lens bends the fit, and all views share the error. If the
 /// residual is small, only the worst view is tried.
-std::optional<int> oddView(const std::vector<Corners>& views, const Board& board, cv::Size size, double aspect,
+std::optional<int> oddView(const std::vector<Corners>& views, const Board& board, const Picture& size, double aspect,
                            const Information& all, const LensFitOptions& options) {
   if (views.size() < 4) return std::nullopt;
   const auto worst = static_cast<std::size_t>(std::ranges::max_element(all.residuals_px) - all.residuals_px.begin());
@@ -340,7 +437,7 @@ struct Oblong {
 
 /// Estimates Board::tall with the lens, by Gauss-Newton steps. Returns nothing if it does not settle near the given
 /// one.
-std::optional<Oblong> oblong(const std::vector<Corners>& views, Board board, cv::Size size, double aspect) {
+std::optional<Oblong> oblong(const std::vector<Corners>& views, Board board, const Picture& size, double aspect) {
   const double given = board.tall;
   for (int step = 0; step < kBoardSteps; ++step) {
     Model model = best(views, board, size, aspect);
@@ -367,7 +464,7 @@ double better(const Information& first, const Information& second, std::size_t v
 }
 
 /// Sets which pictures are flipped against the others, if they are and it matters: the other lens is far from this one.
-void seekFlipped(const std::vector<Corners>& views, const Board& board, cv::Size size, const Information& all,
+void seekFlipped(const std::vector<Corners>& views, const Board& board, const Picture& size, const Information& all,
                  LensFit& fit) {
   const Eigen::Vector2d last_px(size.width - 1, size.height - 1);
   double least = all.squares();
@@ -403,8 +500,8 @@ void seekFlipped(const std::vector<Corners>& views, const Board& board, cv::Size
 }
 
 /// Returns what explains the views, and sets in `fit` what that is, and what was tried.
-Oblong explain(const std::vector<Corners>& views, const Board& board, cv::Size size, const LensFitOptions& options,
-               LensFit& fit) {
+Oblong explain(const std::vector<Corners>& views, const Board& board, const Picture& size,
+               const LensFitOptions& options, LensFit& fit) {
   Oblong found{board, best(views, board, size, options.aspect)};
   const auto isOther = [&](double value, double expected, double deviation) {
     const double off = std::abs(value - expected);
@@ -416,7 +513,7 @@ Oblong explain(const std::vector<Corners>& views, const Board& board, cv::Size s
   const Information ofPixels(pixels, views, board);
   seekFlipped(views, board, size, ofPixels, fit);
   fit.otherAspect = pixels.aspect();
-  const bool otherPixels = isOther(pixels.aspect(), options.aspect, ofPixels.deviations()[kExtra]);
+  const bool otherPixels = isOther(pixels.aspect(), options.aspect, ofPixels.deviations().tail<1>()[0]);
   std::optional<Oblong> other;
   const bool isSquare = board.columns == board.rows;  // it may lie either way
   if (!options.boardIsMeasured && !isSquare) other = oblong(views, board, size, options.aspect);
@@ -427,7 +524,7 @@ Oblong explain(const std::vector<Corners>& views, const Board& board, cv::Size s
   }
   const Information ofBoard(other->model, Extra::kBoard, views, other->board);
   fit.tall = other->board.tall;
-  fit.tallDeviation = ofBoard.deviations()[kExtra];
+  fit.tallDeviation = ofBoard.deviations().tail<1>()[0];
   const bool otherBoard = isOther(fit.tall, board.tall, fit.tallDeviation);
   if (!otherPixels && !otherBoard) return found;
   const double boardIsBetter = better(ofPixels, ofBoard, views.size(), options.farBetter);
@@ -451,7 +548,7 @@ Oblong explain(const std::vector<Corners>& views, const Board& board, cv::Size s
 LensFit fitLens(const std::vector<Corners>& views, const Board& asGiven, int width_px, int height_px,
                 const LensFitOptions& options) {
   LensFit fit;
-  const cv::Size size(width_px, height_px);
+  const Picture size{width_px, height_px, options.fisheye};
   const auto [board, model] = explain(views, asGiven, size, options, fit);
   if (!model.isFinite()) return {};
   const Information information(model,
@@ -475,9 +572,16 @@ LensFit fitLens(const std::vector<Corners>& views, const Board& asGiven, int wid
   fit.camera.k1 = model.distortion.at<double>(0);
   fit.camera.k2 = model.distortion.at<double>(1);
   const auto deviations = information.deviations();
-  if (model.ownAspect) fit.aspectDeviation = deviations[kExtra];
+  if (model.ownAspect) fit.aspectDeviation = deviations.tail<1>()[0];
   fit.focalDeviation_px = deviations[0];
   fit.principalDeviation_px = deviations.segment<2>(1);
+  if (model.fisheye) {
+    fit.camera.fisheye = true;
+    fit.camera.k3 = model.distortion.at<double>(2);
+    fit.camera.k4 = model.distortion.at<double>(3);
+    fit.k3Deviation = deviations[5];
+    fit.k4Deviation = deviations[6];
+  }
   fit.k1Deviation = deviations[3];
   fit.k2Deviation = deviations[4];
   const bool tells = deviations.allFinite() &&

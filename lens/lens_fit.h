@@ -17,6 +17,7 @@ struct LensFitOptions {
   /// The board's squares were measured along both sides. If not, oblong squares are tried as the cause first, with the
   /// same two limits.
   bool boardIsMeasured = false;
+  bool fisheye = false;    ///< the lens is a fisheye, not a pinhole with radial distortion
   double better = 2.5;     ///< deviations by which one of the two causes must explain the views better, or ...
   double farBetter = 2.0;  ///< ... factor of the sum of squares; else it is not known which one it is
   /// A view is odd if its residual exceeds that of the other views, fitted without it, by this factor, ...
@@ -38,11 +39,12 @@ struct LensFit {
   enum class Outcome { kDone, kDegenerate, kDiverged };
 
   Outcome outcome = Outcome::kDiverged;
-  sensor::Camera camera;  ///< size, focal length, aspect, principal point, k1, k2; its pose is not set
+  sensor::Camera
+      camera;  ///< size, focal length, aspect, principal point, k1, k2, of a fisheye k3, k4; its pose is not set
   // Standard deviations of the above.
   double focalDeviation_px = 0.0;
   Eigen::Vector2d principalDeviation_px = Eigen::Vector2d::Zero();
-  double k1Deviation = 0.0, k2Deviation = 0.0;
+  double k1Deviation = 0.0, k2Deviation = 0.0, k3Deviation = 0.0, k4Deviation = 0.0;
   std::optional<double> aspectDeviation;  ///< empty: the aspect was held
   Scale scale = Scale::kAsExpected;
   double otherAspect = 1.0;    ///< kPixels, kEither: the aspect that explains the views
@@ -58,8 +60,8 @@ struct LensFit {
 };
 
 /// Minimises the sum over views and corners of |seen - project(camera, pose, corner)|^2 over camera and poses, by
-/// OpenCV's Levenberg-Marquardt. The lens has one focal length, k1 and k2, no tangential distortion, and a free aspect
-/// only if the views contradict the expected one.
+/// OpenCV's Levenberg-Marquardt. The lens has one focal length, k1 and k2 (a fisheye k1 to k4), no tangential
+/// distortion, and a free aspect only if the views contradict the expected one.
 ///
 /// A board that was printed wider than high looks much like pixels that are not square. So if the views contradict the
 /// expected aspect, both are estimated, and the one that explains the views better, by the differences of the views'

@@ -3,6 +3,8 @@
 #include "tests/unit/lens/random_views.h"
 
 #include <gtest/gtest.h>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
 
 #include <array>
 #include <cmath>
@@ -40,6 +42,72 @@ struct Coverage {
   }
   double meanSquare() const { return std::accumulate(squares.begin(), squares.end(), 0.0) / (5.0 * lenses); }
 };
+
+/// Corners as OpenCV's fisheye shows them, up to 75 degrees from the axis.
+TEST(Fisheye, IsFoundWithinItsDeviations) {
+  Draw draw(tractiond::test::seed());
+  constexpr double kNoise_px = 0.05;
+  for (int lens = 0; lens < 4; ++lens) {
+    const double focal = draw.between(170, 330), aspect = lens % 2 == 0 ? 1.0 : 1.03;
+    const double u0 = draw.between(310, 330), v0 = draw.between(230, 250);
+    const std::vector<double> k = {draw.between(-0.03, 0.05), draw.between(-0.01, 0.01), draw.between(-0.003, 0.003),
+                                   0.0};
+    const cv::Mat matrix = (cv::Mat_<double>(3, 3) << focal, 0, u0, 0, aspect * focal, v0, 0, 0, 1);
+    std::normal_distribution<double> noise(0.0, kNoise_px);
+    std::vector<Corners> views;
+    while (views.size() < kPictures) {
+      const Eigen::Vector2d middle(40e-3, 25e-3);
+      const double around = draw.between(-M_PI, M_PI), off = draw.between(0.0, 0.8), axis = draw.between(-M_PI, M_PI);
+      const Eigen::Matrix3d away =
+          Eigen::AngleAxisd(off, Eigen::Vector3d(std::cos(around), std::sin(around), 0)).toRotationMatrix();
+      const Eigen::Matrix3d turn = away * Eigen::AngleAxisd(draw.between(kTilted[0], kTilted[1]),
+                                                            Eigen::Vector3d(std::cos(axis), std::sin(axis), 0))
+                                              .toRotationMatrix();
+      const Eigen::Vector3d shift = draw.between(0.08, 0.14) * away.col(2) - turn.leftCols<2>() * middle;
+      std::vector<cv::Point3d> board;
+      double farthest = 0.0;
+      for (int i = 0; i < kBoard.corners(); ++i) {
+        const Eigen::Vector2d place = kBoard.corner(i);
+        const Eigen::Vector3d seen = turn.leftCols<2>() * place + shift;
+        farthest = std::max(farthest, std::atan2(seen.head<2>().norm(), seen.z()));
+        board.emplace_back(place.x(), place.y(), 0.0);
+      }
+      if (farthest > 1.3) continue;
+      cv::Mat turnOfCv, rotation;
+      cv::eigen2cv(turn, turnOfCv);
+      cv::Rodrigues(turnOfCv, rotation);
+      std::vector<cv::Point2d> places;
+      cv::fisheye::projectPoints(board, places, rotation, cv::Vec3d(shift.x(), shift.y(), shift.z()), matrix, k);
+      Corners& view = views.emplace_back();
+      view.place_px.resize(2, kBoard.corners());
+      for (int i = 0; i < kBoard.corners(); ++i) {
+        const cv::Point2d place = places[static_cast<std::size_t>(i)];
+        view.place_px.col(i) << place.x + noise(draw.generator), place.y + noise(draw.generator);
+      }
+    }
+    LensFitOptions options;
+    options.fisheye = true;
+    const LensFit fit = fitLens(views, kBoard, 640, 480, options);
+    ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone) << lens;
+    EXPECT_TRUE(fit.camera.fisheye);
+    EXPECT_FALSE(fit.oddView);
+    EXPECT_EQ(fit.scale, lens % 2 == 0 ? Scale::kAsExpected : Scale::kPixels);
+    EXPECT_NEAR(fit.residual_px, kNoise_px, 0.1 * kNoise_px);
+    EXPECT_LT(fit.focalDeviation_px, 1e-3 * focal);
+    const auto near = [&](double found, double truth, double deviation, const char* name) {
+      EXPECT_LT(std::abs(found - truth), 5.0 * deviation) << lens << ' ' << name << ' ' << found << " for " << truth;
+    };
+    near(fit.camera.focal_px, focal, fit.focalDeviation_px, "focal");
+    near(fit.camera.principal_px.x(), u0, fit.principalDeviation_px.x(), "u");
+    near(fit.camera.principal_px.y(), v0, fit.principalDeviation_px.y(), "v");
+    near(fit.camera.k1, k[0], fit.k1Deviation, "k1");
+    near(fit.camera.k2, k[1], fit.k2Deviation, "k2");
+    near(fit.camera.k3, k[2], fit.k3Deviation, "k3");
+    near(fit.camera.k4, k[3], fit.k4Deviation, "k4");
+    const LensFit pinhole = fitLens(views, kBoard, 640, 480);
+    EXPECT_GT(pinhole.residual_px, 1.5 * fit.residual_px) << "a pinhole does as well";
+  }
+}
 
 /// Where the edges are, not where the camera's pixels are: without noise, errors are far below what noise does.
 TEST(Corners, AreExactToThousandthsOfAPixel) {
