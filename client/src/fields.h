@@ -296,6 +296,9 @@ void fields(auto& to, const pb::Camera& from, auto&& each) {
   each("window_index", to.windowIndex, from.window_index());
   each("window_thickness_m", to.windowThickness_m, from.window_thickness_m());
   each("surfaces", to.surfaces, from.surfaces());
+  each("fisheye", to.fisheye, from.fisheye());
+  each("k3", to.k3, from.k3());
+  each("k4", to.k4, from.k4());
 }
 
 void fields(auto& to, const pb::Solver& from, auto&& each) {

@@ -15,6 +15,9 @@ std::vector<float> nodePlaces_px(const Description& description) {
   camera.principal_px = {from.principal_px[0], from.principal_px[1]};
   camera.k1 = from.k1;
   camera.k2 = from.k2;
+  camera.fisheye = from.fisheye;
+  camera.k3 = from.k3;
+  camera.k4 = from.k4;
   camera.position = {from.position_m[0], from.position_m[1], from.position_m[2]};
   camera.rotation = {from.rotation_rad[0], from.rotation_rad[1], from.rotation_rad[2]};
   camera.gelIndex = from.gelIndex;

@@ -80,6 +80,9 @@ void set(const sensor::Camera& from, pb::Camera& to) {
   setVector(from.principal_px, *to.mutable_principal_px());
   to.set_k1(from.k1);
   to.set_k2(from.k2);
+  to.set_fisheye(from.fisheye);
+  to.set_k3(from.k3);
+  to.set_k4(from.k4);
   setVector(from.position, *to.mutable_position_m());
   setVector(from.rotation, *to.mutable_rotation_rad());
   to.set_gel_index(from.gelIndex);

@@ -73,6 +73,14 @@ class Forces(rig.TestCase):
     def test_black_dots_behind_a_monochrome_camera(self):
         self.check("black_dots", "Mono8", "black_dots.toml")
 
+    def test_press_at_an_angle_through_a_fisheye(self):
+        """A camera 5 mm behind the gel, which sees 104 degrees from corner to corner of the markers."""
+        camera = '\n[camera]\nlens = "fisheye"\nfocal_px = 295\nk1 = 0.03\nk2 = -0.01\nk3 = 0.002\nposition_mm = [0.5, -0.4, 45]\n'
+        scenario, gel = self.bench.folder / "fisheye.toml", self.bench.folder / "gel.toml"
+        scenario.write_text((rig.SOURCE / "twin/scenarios/angle.toml").read_text() + camera)
+        gel.write_text("format = 1\n" + camera)
+        self.check(scenario, gel=gel)
+
     def test_missing_markers(self):
         self.check("missing_markers")
 

@@ -65,6 +65,10 @@ struct Camera {
   double windowIndex = 1.0;
   double windowThickness_m = 0.0;
   std::vector<RefractingSurface> surfaces;  ///< from the gel to the camera; empty: a flat window
+  /// A fisheye lens: r_d = theta (1 + k1 theta^2 + ... + k4 theta^8), theta being the angle from the axis [rad].
+  bool fisheye = false;
+  double k3 = 0.0;  ///< of a fisheye alone
+  double k4 = 0.0;
 };
 
 /// How forces are computed from displacements.

@@ -91,6 +91,9 @@ class Camera:
     window_thickness_m: float
     aspect: float  # focal length along v over that along u
     surfaces: tuple[RefractingSurface, ...]  # from the gel to the camera; empty: a flat window
+    fisheye: bool  # r_d = theta (1 + k1 theta^2 + ... + k4 theta^8), theta: angle from the axis [rad]
+    k3: float  # of a fisheye alone
+    k4: float
 
 
 @dataclass(slots=True, eq=False)

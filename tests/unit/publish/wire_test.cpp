@@ -215,6 +215,9 @@ TEST(Wire, DescriptionArrivesNumberByNumber) {
   sensor.camera.aspect = 1.035;
   sensor.camera.k1 = 0.01;
   sensor.camera.k2 = 0.02;
+  sensor.camera.fisheye = true;
+  sensor.camera.k3 = 0.03;
+  sensor.camera.k4 = 0.04;
   sensor.camera.windowThickness = 0.005;
   sensor.camera.gelIndex = 1.41;
   sensor.camera.windowIndex = 1.49;
@@ -261,6 +264,9 @@ TEST(Wire, DescriptionArrivesNumberByNumber) {
   EXPECT_EQ(camera.principal_px().y(), 239.5);
   EXPECT_EQ(camera.k1(), 0.01);
   EXPECT_EQ(camera.k2(), 0.02);
+  EXPECT_TRUE(camera.fisheye());
+  EXPECT_EQ(camera.k3(), 0.03);
+  EXPECT_EQ(camera.k4(), 0.04);
   EXPECT_EQ(camera.position_m().z(), 157e-3);
   EXPECT_EQ(camera.rotation_rad().z(), 0.3);
   EXPECT_EQ(camera.gel_index(), 1.41);
