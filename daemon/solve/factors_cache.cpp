@@ -61,9 +61,6 @@ void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
   vector(camera.principal_px);
   hasher.value(camera.k1);
   hasher.value(camera.k2);
-  hasher.value(camera.fisheye);
-  hasher.value(camera.k3);
-  hasher.value(camera.k4);
   vector(camera.position);
   vector(camera.rotation);
   hasher.value(camera.gelIndex);
@@ -85,6 +82,12 @@ void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
   vector(motionPrior(sensor).variances);
   // What has its default is left out: caches from before the key existed keep their id.
   if (camera.aspect != 1.0) hasher.value(camera.aspect);
+  if (sensor.markerCount() < sensor::kVerifying) hasher.value(sensor::kVerifying);  // whose deviations are wider since
+  if (camera.fisheye) {
+    hasher.text("fisheye");
+    hasher.value(camera.k3);
+    hasher.value(camera.k4);
+  }
   if (sensor.uncertainty.markerDepth != 0.0) hasher.value(sensor.uncertainty.markerDepth);
 }
 
