@@ -69,7 +69,7 @@ class Hold(unittest.TestCase):
         number = draw.randrange(1, 10**6)
         for _ in range(20):
             number += draw.randint(1, hold_force.MOST_FRAMES)
-            self.assertEqual(self.doubt(number, flags=traction.Flag.ZERO_UNVERIFIED), "")
+            self.assertEqual(self.doubt(number, flags=traction.Flag.ZERO_UNVERIFIED | traction.Flag.GEL_UNVERIFIED), "")
         self.assertRegex(self.doubt(number + hold_force.MOST_FRAMES + 1), "^lost: 4 frames")
 
     def test_stops_on_anything_else(self):
@@ -78,7 +78,7 @@ class Hold(unittest.TestCase):
         self.assertRegex(self.doubt(2, age_s=0.06), "^stale: the newest field is 60 ms old")
         self.assertRegex(self.doubt(3, valid=False), "^flagged: not valid")
         for flag in traction.Flag:
-            if flag is not traction.Flag.ZERO_UNVERIFIED:
+            if flag not in traction.Flag.ZERO_UNVERIFIED | traction.Flag.GEL_UNVERIFIED:
                 self.assertRegex(self.doubt(4, flags=flag | traction.Flag.ZERO_UNVERIFIED), f"^flagged: {flag.name}")
         self.assertRegex(self.doubt(5, flags=1 << 20), "^flagged")  # of a later daemon
         self.assertRegex(self.doubt(6, boot=b"c" * 16), "^lost: another")

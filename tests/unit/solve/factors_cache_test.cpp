@@ -205,8 +205,8 @@ TEST_F(CalibrationId, DependsOnEverythingTheNumbersDependOn) {
   changed([](Sensor& s, SolveOptions&) { s.camera.k1 = 0.1; });
   changed([](Sensor& s, SolveOptions&) { s.camera.k2 = 0.1; });
   changed([](Sensor& s, SolveOptions&) { s.camera.fisheye = true; });
-  changed([](Sensor& s, SolveOptions&) { s.camera.k3 = 0.1; });
-  changed([](Sensor& s, SolveOptions&) { s.camera.k4 = 0.1; });
+  changed([](Sensor& s, SolveOptions&) { s.camera.fisheye = true, s.camera.k3 = 0.1; });
+  changed([](Sensor& s, SolveOptions&) { s.camera.fisheye = true, s.camera.k4 = 0.1; });
   changed([](Sensor& s, SolveOptions&) { s.camera.position.z() += 1e-3; });
   changed([](Sensor& s, SolveOptions&) { s.camera.rotation.x() = 0.01; });
   changed([](Sensor& s, SolveOptions&) { s.camera.gelIndex = 1.41; });
